@@ -1,0 +1,42 @@
+// Real meshes and scratch folders for tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+namespace beltrami::testing {
+
+/// The folder of real meshes beside the project; tests that want one skip with a message where it is not there.
+inline std::filesystem::path shared_mesh(const std::string& name) {
+    return std::filesystem::path(BELTRAMI_SHARED_MESHES) / name;
+}
+
+#define BELTRAMI_SKIP_WITHOUT(path) \
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path).filename() << " on this machine"
+
+/// A folder of the running test's own, removed at its end.
+class Scratch {
+  public:
+    Scratch() {
+        const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+        folder_ = std::filesystem::temp_directory_path() /
+                  (std::string("beltrami_") + test->test_suite_name() + "_" + test->name());
+        std::filesystem::remove_all(folder_);
+        std::filesystem::create_directories(folder_);
+    }
+    Scratch(const Scratch&) = delete;
+    Scratch& operator=(const Scratch&) = delete;
+    ~Scratch() {
+        std::error_code ignored;
+        std::filesystem::remove_all(folder_, ignored);
+    }
+    [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+
+  private:
+    std::filesystem::path folder_;
+};
+
+}  // namespace beltrami::testing
