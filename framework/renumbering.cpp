@@ -1,0 +1,81 @@
+#include "beltrami/framework/renumbering.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/graph/cuthill_mckee_ordering.hpp>
+#include <boost/property_map/function_property_map.hpp>
+#include <numeric>
+#include <utility>
+
+#include "beltrami/framework/boost_graph.hpp"
+#include "beltrami/framework/constraints.hpp"
+#include "beltrami/framework/edge_graph.hpp"
+#include "beltrami/framework/error.hpp"
+
+namespace beltrami {
+
+namespace {
+
+// Row i of the result is row source[i] of the block.
+Block gather_rows(const Block& block, const std::vector<Index>& source) {
+    Block gathered(block.rows(), block.cols());
+    for (std::size_t i = 0; i < source.size(); ++i) {
+        gathered.row(static_cast<Eigen::Index>(i)) = block.row(source[i]);
+    }
+    return gathered;
+}
+
+}  // namespace
+
+Renumbering Renumbering::identity(Index vertex_count) {
+    std::vector<Index> same(static_cast<std::size_t>(vertex_count));
+    std::iota(same.begin(), same.end(), Index{0});
+    return Renumbering(std::move(same));
+}
+
+Renumbering::Renumbering(std::vector<Index> working) : working_(std::move(working)), user_(working_.size(), -1) {
+    for (std::size_t v = 0; v < working_.size(); ++v) {
+        const Index w = working_[v];
+        if (w < 0 || w >= vertex_count() || user_[static_cast<std::size_t>(w)] >= 0) {
+            throw InputError(fmt::format("the new number {} of vertex {} is out of range or taken", w, v),
+                             "a renumbering must be a permutation");
+        }
+        user_[static_cast<std::size_t>(w)] = static_cast<Index>(v);
+    }
+}
+
+Block Renumbering::to_working(const Block& user_values) const { return gather_rows(user_values, user_); }
+
+Block Renumbering::to_user(const Block& working_values) const { return gather_rows(working_values, working_); }
+
+Mesh Renumbering::to_working(const Mesh& mesh) const {
+    const Points points = to_working(Block(mesh.points()));
+    Fields fields;
+    for (const Field& field : mesh.fields()) fields.push_back({field.name, to_working(field.values)});
+    if (mesh.kind() == CellKind::point) return Mesh(points, std::move(fields));
+    const Cells cells = mesh.cells().unaryExpr([&](Index v) { return working(v); });
+    return Mesh(points, cells, std::move(fields));
+}
+
+Constraints Renumbering::to_working(const Constraints& constraints) const {
+    constraints.check_range(vertex_count());
+    Constraints renumbered(constraints.columns());
+    for (const Index v : constraints.vertices()) renumbered.fix(working(v), constraints.value(v));
+    return renumbered;
+}
+
+Renumbering cuthill_mckee(const EdgeGraph& graph) {
+    const auto n = static_cast<std::size_t>(graph.vertex_count());
+    std::vector<Index> user_of_working(n);
+    std::vector<boost::default_color_type> colour(n);
+    const auto index = get(boost::vertex_index, graph);
+    const auto degree_map = boost::make_function_property_map<Index>([&](Index v) { return graph.degree(v); });
+    boost::cuthill_mckee_ordering(graph, user_of_working.begin(),
+                                  boost::make_iterator_property_map(colour.begin(), index), degree_map);
+    std::vector<Index> working(n);
+    for (std::size_t w = 0; w < n; ++w) working[static_cast<std::size_t>(user_of_working[w])] = static_cast<Index>(w);
+    return Renumbering(std::move(working));
+}
+
+}  // namespace beltrami
