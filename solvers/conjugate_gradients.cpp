@@ -1,0 +1,222 @@
+#include "beltrami/solvers/conjugate_gradients.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace beltrami {
+
+namespace {
+
+// Sums over rows are taken in slices of this many, so that they do not depend on the number of threads.
+constexpr Eigen::Index slice = 1 << 13;
+
+// sum over i of term(i, c) for each column c.
+template <class Term>
+Vector column_sums(Eigen::Index n, Eigen::Index k, Term term) {
+    const Eigen::Index slices = (n + slice - 1) / slice;
+    Block partial = Block::Zero(slices, k);
+#pragma omp parallel for schedule(static) if (n * k > 30000)
+    for (Eigen::Index s = 0; s < slices; ++s) {
+        double* const sums = partial.data() + s * k;
+        const Eigen::Index end = std::min(n, (s + 1) * slice);
+        if (k == 1) {
+            double sum = 0.0;
+#pragma omp simd reduction(+ : sum)
+            for (Eigen::Index i = s * slice; i < end; ++i) sum += term(i, i);
+            sums[0] = sum;
+        } else {
+            for (Eigen::Index i = s * slice; i < end; ++i) {
+                for (Eigen::Index c = 0; c < k; ++c) sums[c] += term(i, i * k + c);
+            }
+        }
+    }
+    return partial.colwise().sum().transpose();
+}
+
+// f(flat index, column) for every number of an n x k block.
+template <class Function>
+void for_each_number(Eigen::Index n, Eigen::Index k, Function f) {
+#pragma omp parallel for schedule(static) if (n * k > 30000)
+    for (Eigen::Index i = 0; i < n; ++i) {
+        for (Eigen::Index c = 0; c < k; ++c) f(i * k + c, c);
+    }
+}
+
+void clear_rows(std::span<const Index> rows, Block& block) {
+    for (const Index i : rows) block.row(i).setZero();
+}
+
+// The error in the energy norm, from the terms by which each step lowers its square: the sum of the next `delay` terms
+// bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos & Tichy 2002).
+class EnergyError {
+  public:
+    void step(double term) {
+        recent_.push_back(term);
+        recent_sum_ += term;
+        total_ += term;
+        if (recent_.size() > delay) {
+            recent_sum_ -= recent_.front();
+            recent_.pop_front();
+        }
+    }
+    [[nodiscard]] double relative() const {
+        if (recent_.size() < delay) return std::numeric_limits<double>::max();
+        return total_ > 0.0 ? std::sqrt(std::max(0.0, recent_sum_) / total_) : 0.0;
+    }
+
+  private:
+    static constexpr std::size_t delay = 20;
+    std::deque<double> recent_;
+    double recent_sum_ = 0.0;
+    double total_ = 0.0;
+};
+
+}  // namespace
+
+void masked_residual(const Product& apply, std::span<const Index> held, const Block& b, const Block& x, Block& r) {
+    apply(x, r);
+    r = b - r;
+    clear_rows(held, r);
+}
+
+Vector column_norms(const Block& r, const Vector& weight) {
+    const double* const values = r.data();
+    return column_sums(r.rows(), r.cols(), [&](Eigen::Index i, Eigen::Index at) {
+               return weight[i] * values[at] * values[at];
+           }).cwiseSqrt();
+}
+
+CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal, std::span<const Index> held,
+                             const Block& b, Block& x, const CgOptions& options) {
+    const Eigen::Index n = b.rows();
+    const Eigen::Index k = b.cols();
+    CgResult result;
+    result.memory_bytes = 4 * sizeof(double) * static_cast<std::size_t>(n * k);
+
+    const Vector ones = Vector::Ones(n);
+    const bool energy = options.norm == StoppingNorm::energy_error;
+    const Vector& weight = options.norm == StoppingNorm::residual ? ones : inverse_diagonal;
+
+    Block r(n, k);
+    Block q(n, k);
+    masked_residual(apply, held, b, x, r);
+    ++result.products;
+
+    // Everything is measured against the load with the free values at zero.
+    Vector load = column_norms(r, weight);
+    Vector scaled_load = column_norms(r, inverse_diagonal);
+    {
+        Block start = Block::Zero(n, k);
+        for (const Index i : held) start.row(i) = x.row(i);
+        if (start != x) {
+            masked_residual(apply, held, b, start, q);
+            ++result.products;
+            load = column_norms(q, weight);
+            scaled_load = column_norms(q, inverse_diagonal);
+        }
+    }
+
+    Block p(n, k);
+    double* const rs = r.data();
+    double* const ps = p.data();
+    double* const qs = q.data();
+    double* const xs = x.data();
+    const double* const P = inverse_diagonal.data();
+    const auto weighted_square = [&] {
+        return column_sums(n, k, [&](Eigen::Index i, Eigen::Index at) { return P[i] * rs[at] * rs[at]; });
+    };
+
+    Vector rz = weighted_square();
+    Vector alpha(k);
+    Vector beta(k);
+    std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
+    std::vector<char> done(static_cast<std::size_t>(k), 0);
+    Vector errors = Vector::Zero(k);
+    const auto check = [&](bool first) {
+        const Vector norms = energy ? Vector(k) : (options.norm == StoppingNorm::residual ? column_norms(r, weight)
+                                                                                         : Vector(rz.cwiseSqrt()));
+        bool all = true;
+        for (Eigen::Index c = 0; c < k; ++c) {
+            if (done[static_cast<std::size_t>(c)] != 0) continue;
+            if (load[c] == 0.0 || rz[c] == 0.0) {
+                errors[c] = 0.0;
+            } else if (energy) {
+                // At the start nothing is known of the energy error but that a residual at rounding ends it.
+                errors[c] = first ? std::numeric_limits<double>::max()
+                                  : energy_errors[static_cast<std::size_t>(c)].relative();
+                if (std::sqrt(rz[c]) <= 1e-15 * load[c]) errors[c] = 0.0;
+            } else {
+                errors[c] = norms[c] / load[c];
+            }
+            done[static_cast<std::size_t>(c)] = errors[c] <= options.tolerance ? 1 : 0;
+            all = all && done[static_cast<std::size_t>(c)] != 0;
+        }
+        return all;
+    };
+
+    bool all_done = check(true);
+    if (!all_done) {
+#pragma omp parallel for schedule(static) if (n * k > 30000)
+        for (Eigen::Index i = 0; i < n; ++i) {
+            for (Eigen::Index c = 0; c < k; ++c) ps[i * k + c] = P[i] * rs[i * k + c];
+        }
+    }
+    bool indefinite = false;
+    while (!all_done && !indefinite && result.iterations < options.max_iterations) {
+        report(options.progress, "conjugate gradients", -1.0);
+        apply(p, q);
+        ++result.products;
+        ++result.iterations;
+        clear_rows(held, q);
+        const Vector pq = column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return ps[at] * qs[at]; });
+        for (Eigen::Index c = 0; c < k; ++c) {
+            const bool stopped = done[static_cast<std::size_t>(c)] != 0;
+            // Written so that NaN counts as indefinite.
+            if (!stopped && !(pq[c] > 0.0)) indefinite = true;
+            alpha[c] = stopped || indefinite ? 0.0 : rz[c] / pq[c];
+            if (!stopped && !indefinite) energy_errors[static_cast<std::size_t>(c)].step(alpha[c] * rz[c]);
+        }
+        if (indefinite) break;
+        for_each_number(n, k, [&](Eigen::Index at, Eigen::Index c) {
+            xs[at] += alpha[c] * ps[at];
+            rs[at] -= alpha[c] * qs[at];
+        });
+        const Vector next = weighted_square();
+        for (Eigen::Index c = 0; c < k; ++c) {
+            beta[c] = done[static_cast<std::size_t>(c)] != 0 || rz[c] == 0.0 ? 0.0 : next[c] / rz[c];
+        }
+        rz = next;
+        all_done = check(false);
+        if (all_done) break;
+#pragma omp parallel for schedule(static) if (n * k > 30000)
+        for (Eigen::Index i = 0; i < n; ++i) {
+            for (Eigen::Index c = 0; c < k; ++c) ps[i * k + c] = P[i] * rs[i * k + c] + beta[c] * ps[i * k + c];
+        }
+    }
+
+    // The recurrence drifts from the true residual: report what x really is.
+    masked_residual(apply, held, b, x, r);
+    ++result.products;
+    const Vector fresh = column_norms(r, inverse_diagonal);
+    for (Eigen::Index c = 0; c < k; ++c) {
+        const double relative = scaled_load[c] > 0.0 ? fresh[c] / scaled_load[c] : 0.0;
+        result.relative_residual = std::max(result.relative_residual, relative);
+    }
+    result.error = errors.size() > 0 ? errors.maxCoeff() : 0.0;
+    if (indefinite || !std::isfinite(result.relative_residual)) {
+        result.reason = StopReason::not_definite;
+    } else if (!all_done) {
+        result.reason = StopReason::iteration_limit;
+    } else {
+        result.reason = StopReason::converged;
+    }
+    return result;
+}
+
+}  // namespace beltrami

@@ -1,0 +1,52 @@
+// Preconditioned conjugate gradients over any symmetric operator, k columns at once, on the free vertices.
+//
+//     CgOptions options{.tolerance = 1e-10};
+//     CgResult result = conjugate_gradients(apply, jacobi(diagonal, held), held, b, x, options);
+//
+// Held vertices are masked: their rows of x are read and never changed, and nothing is rebuilt when they change. Each
+// column runs its own iteration (step lengths of its own, stopped when it has converged) over shared products.
+// Source: Hestenes & Stiefel 1952; the masking is section 4.1 of Kim & Rossignac.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string_view>
+
+#include "beltrami/framework/progress.hpp"
+#include "beltrami/framework/types.hpp"
+#include "beltrami/solvers/linear_summary.hpp"
+
+namespace beltrami {
+
+/// y = A u for n x k blocks.
+using Product = std::function<void(const Block& u, Block& y)>;
+
+struct CgOptions {
+    double tolerance = 1e-10;  ///< in `norm`
+    StoppingNorm norm = StoppingNorm::scaled_residual;
+    int max_iterations = 50000;
+    const Progress* progress = nullptr;
+};
+
+struct CgResult {
+    StopReason reason = StopReason::iteration_limit;
+    int iterations = 0;  ///< of the column that took the most
+    long products = 0;
+    double error = 0.0;              ///< in the norm asked for, the worst column
+    double relative_residual = 0.0;  ///< scaled by `inverse_diagonal`, from a fresh residual, the worst column
+    std::size_t memory_bytes = 0;    ///< of the work fields
+};
+
+/// Solves A x = b for the rows that are not held. b: n x k. x: n x k, on entry the start (held rows at their values).
+/// inverse_diagonal: n, positive, the Jacobi preconditioner. Throws Cancelled; never throws for a solve that fails:
+/// see `reason`, and x then is the last iterate.
+CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal, std::span<const Index> held,
+                             const Block& b, Block& x, const CgOptions& options = {});
+
+/// r = b - A x with the held rows at zero.
+void masked_residual(const Product& apply, std::span<const Index> held, const Block& b, const Block& x, Block& r);
+
+/// The square root of the sum of weight_i r_ic^2 over i, for each column c.
+Vector column_norms(const Block& r, const Vector& weight);
+
+}  // namespace beltrami

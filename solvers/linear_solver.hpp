@@ -1,0 +1,84 @@
+// A x = b for a PdeOperator, with held vertices: chooses conjugate gradients or Cholesky, and says why.
+//
+//     LinearSolver solver(A, {.tolerance = 1e-10});
+//     Constraints held{{120, 0.0}, {8999, 1.0}};
+//     LinearSummary summary = solver.solve(b, held, x);      // x: start in, solution out
+//     held.fix(42, 0.5);
+//     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the factor
+//
+// Everything here is in the working order of the operator's Laplacian. Vertices whose row of A is zero (isolated ones)
+// keep what x has. A factor is kept while the set of held vertices stays the same; their values may change freely.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "beltrami/framework/constraints.hpp"
+#include "beltrami/framework/progress.hpp"
+#include "beltrami/operators/pde_operator.hpp"
+#include "beltrami/solvers/cholesky.hpp"
+#include "beltrami/solvers/conjugate_gradients.hpp"
+#include "beltrami/solvers/linear_summary.hpp"
+
+namespace beltrami {
+
+enum class SolverKind { automatic, cg, cholesky };
+
+struct LinearSolverOptions {
+    SolverKind kind = SolverKind::automatic;
+    /// In `norm`. Smaller than about 1e-13 asks for more than double precision has.
+    double tolerance = 1e-10;
+    StoppingNorm norm = StoppingNorm::automatic;
+    /// Conjugate gradients only.
+    int max_iterations = 50000;
+    /// How often solve() will be called with the same held vertices: what makes a factor worth its cost.
+    int expected_solves = 1;
+    const Progress* progress = nullptr;
+
+    /// Throws InputError for a tolerance or a count that is not positive.
+    void check() const;
+};
+
+class LinearSolver {
+  public:
+    explicit LinearSolver(PdeOperator A, LinearSolverOptions options = {});
+
+    /// b: n x k. x: n x k; the free rows are the start (used by both solvers), the held rows are set to the
+    /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes and held vertices
+    /// out of range, SolveError where a factorization breaks down, Cancelled. A solve that does not converge returns
+    /// with converged = false and the last iterate in x: see require_converged().
+    [[nodiscard]] LinearSummary solve(const Block& b, const Constraints& held, Block& x);
+
+    [[nodiscard]] const PdeOperator& op() const { return A_; }
+
+    /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of Kim &
+    /// Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over each component.
+    void reaction(const Block& b, const Block& x, const Constraints& held, Block& f) const;
+
+  private:
+    struct Choice {
+        SolverKind kind;
+        std::string why;
+    };
+    [[nodiscard]] Choice choose(Index unknowns, Index columns) const;
+    void factor(const std::vector<Index>& held);
+    LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
+    LinearSummary solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x);
+
+    PdeOperator A_;
+    LinearSolverOptions options_;
+    Vector diagonal_;
+    Vector inverse_diagonal_;  // 1 for empty rows
+    std::vector<Index> empty_rows_;
+    PdeOperator::Workspace workspace_;
+
+    Eigen::SparseMatrix<double> matrix_;  // assembled once, when a factor is first wanted
+    std::optional<Cholesky> factor_;
+    std::vector<Index> factored_held_;
+    std::vector<Index> free_;  // the vertex of each row of the factor
+};
+
+}  // namespace beltrami
