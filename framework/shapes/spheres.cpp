@@ -35,7 +35,7 @@ Mesh icosahedron() {
         builder.cell({0, 1 + i, 1 + next});
         builder.cell({1 + i, 6 + i, 1 + next});
         builder.cell({1 + next, 6 + i, 6 + next});
-        builder.cell({6 + i, south_pole, 6 + next});
+        builder.cell({south_pole, 6 + next, 6 + i});
     }
     return builder.mesh();
 }
