@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "beltrami/framework/edge_graph.hpp"
+
 namespace beltrami {
 
 double signed_measure(const Mesh& mesh, Index cell) {
@@ -36,15 +38,30 @@ double longest_edge(const Mesh& mesh, Index cell) {
     return longest;
 }
 
-bool is_degenerate(const Mesh& mesh, Index cell) {
+bool names_a_vertex_twice(const Mesh& mesh, Index cell) {
     const Eigen::Index corners = mesh.cells().cols();
     for (Eigen::Index a = 0; a < corners; ++a) {
         for (Eigen::Index b = a + 1; b < corners; ++b) {
             if (mesh.cells()(cell, a) == mesh.cells()(cell, b)) return true;
         }
     }
+    return false;
+}
+
+bool is_degenerate(const Mesh& mesh, Index cell) {
+    if (names_a_vertex_twice(mesh, cell)) return true;
     const double length = longest_edge(mesh, cell);
-    return std::abs(signed_measure(mesh, cell)) <= 1e-12 * std::pow(length, static_cast<double>(corners - 1));
+    return std::abs(signed_measure(mesh, cell)) <= 1e-12 * std::pow(length, static_cast<double>(mesh.cells().cols() - 1));
+}
+
+Vector edge_lengths(const EdgeGraph& graph, const Points& points) {
+    Vector lengths(graph.edge_count());
+    for (Index i = 0; i < graph.vertex_count(); ++i) {
+        for (const auto [j, edge] : graph.neighbours(i)) {
+            if (i < j) lengths[edge] = (points.row(i) - points.row(j)).norm();
+        }
+    }
+    return lengths;
 }
 
 }  // namespace beltrami
