@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "beltrami/framework/edge_graph.hpp"
 
@@ -62,6 +63,16 @@ Vector edge_lengths(const EdgeGraph& graph, const Points& points) {
         }
     }
     return lengths;
+}
+
+Cells non_degenerate_cells(const Mesh& mesh) {
+    std::vector<Index> kept;
+    for (Index c = 0; c < mesh.cell_count(); ++c) {
+        if (!is_degenerate(mesh, c)) kept.push_back(c);
+    }
+    Cells cells(static_cast<Eigen::Index>(kept.size()), mesh.cells().cols());
+    for (std::size_t c = 0; c < kept.size(); ++c) cells.row(static_cast<Eigen::Index>(c)) = mesh.cells().row(kept[c]);
+    return cells;
 }
 
 }  // namespace beltrami

@@ -24,6 +24,9 @@ bool names_a_vertex_twice(const Mesh& mesh, Index cell);
 /// dimension: it has no area or volume that double precision can divide by, and operators leave it out.
 bool is_degenerate(const Mesh& mesh, Index cell);
 
+/// The cells that are not degenerate, in their order.
+Cells non_degenerate_cells(const Mesh& mesh);
+
 /// The length of every edge of a graph between points, in the graph's order.
 Vector edge_lengths(const EdgeGraph& graph, const Points& points);
 

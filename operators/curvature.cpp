@@ -7,34 +7,11 @@
 #include <numbers>
 #include <vector>
 
+#include "beltrami/framework/boundary.hpp"
 #include "beltrami/framework/cell_geometry.hpp"
 #include "beltrami/framework/error.hpp"
 
 namespace beltrami {
-
-namespace {
-
-// Vertices of edges that only one non-degenerate triangle has.
-std::vector<char> on_boundary(const Mesh& mesh) {
-    const EdgeGraph graph(mesh.vertex_count(), mesh.cells());
-    std::vector<Index> triangles(static_cast<std::size_t>(graph.edge_count()), 0);
-    for (Index c = 0; c < mesh.cell_count(); ++c) {
-        if (is_degenerate(mesh, c)) continue;
-        for (int k = 0; k < 3; ++k) {
-            const Index e = graph.find_edge(mesh.cells()(c, k), mesh.cells()(c, (k + 1) % 3));
-            ++triangles[static_cast<std::size_t>(e)];
-        }
-    }
-    std::vector<char> boundary(static_cast<std::size_t>(mesh.vertex_count()), 0);
-    for (Index e = 0; e < graph.edge_count(); ++e) {
-        if (triangles[static_cast<std::size_t>(e)] != 1) continue;
-        boundary[static_cast<std::size_t>(graph.lower(e))] = 1;
-        boundary[static_cast<std::size_t>(graph.upper()[static_cast<std::size_t>(e)])] = 1;
-    }
-    return boundary;
-}
-
-}  // namespace
 
 MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, CurvatureCorrection correction) {
     if (mesh.kind() != CellKind::triangle) {
@@ -56,14 +33,13 @@ MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, Curva
     Block working;
     laplacian.stiffness().apply(laplacian.order().to_working(Block(mesh.points())), working);
     const Block stretched = laplacian.order().to_user(working);
-    const std::vector<char> boundary = on_boundary(mesh);
+    // On the boundary K x is the pull of the rim, not curvature.
+    const std::vector<Index> boundary = boundary_vertices(mesh);
+    for (const Index v : boundary) area[v] = 0.0;
 
-    MeanCurvature result{Points::Zero(mesh.vertex_count(), 3), Vector::Zero(mesh.vertex_count()), 0};
+    MeanCurvature result{Points::Zero(mesh.vertex_count(), 3), Vector::Zero(mesh.vertex_count()),
+                         static_cast<Index>(boundary.size())};
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
-        if (boundary[static_cast<std::size_t>(v)] != 0) {
-            ++result.boundary_vertices;
-            continue;
-        }
         if (area[v] <= 0.0) continue;
         const Index valence = laplacian.graph().degree(laplacian.order().working(v));
         const double cosine = std::cos(std::numbers::pi / valence);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <utility>
-#include <vector>
 
 #include "beltrami/framework/cell_geometry.hpp"
 #include "beltrami/framework/error.hpp"
@@ -12,16 +11,6 @@
 namespace beltrami {
 
 namespace {
-
-Cells kept_cells(const Mesh& mesh) {
-    std::vector<Index> kept;
-    for (Index c = 0; c < mesh.cell_count(); ++c) {
-        if (!is_degenerate(mesh, c)) kept.push_back(c);
-    }
-    Cells cells(static_cast<Eigen::Index>(kept.size()), mesh.cells().cols());
-    for (std::size_t c = 0; c < kept.size(); ++c) cells.row(static_cast<Eigen::Index>(c)) = mesh.cells().row(kept[c]);
-    return cells;
-}
 
 EdgeOperator<double> weighted(Weights weights, const Mesh& mesh, const std::shared_ptr<const EdgeGraph>& graph) {
     switch (weights) {
@@ -39,7 +28,7 @@ Laplacian::Laplacian(const Mesh& mesh, const LaplacianOptions& options) {
         throw InputError("the mesh has no cells: a Laplacian needs segments, triangles or tetrahedra",
                          "triangulate the points first");
     }
-    const Mesh kept(mesh.points(), kept_cells(mesh));
+    const Mesh kept(mesh.points(), non_degenerate_cells(mesh));
     if (kept.cell_count() == 0) {
         throw InputError(fmt::format("all {} {} of the mesh are degenerate", mesh.cell_count(), plural(mesh.kind())),
                          "check the positions in the file");

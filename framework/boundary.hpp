@@ -1,0 +1,14 @@
+// The boundary of a mesh.
+#pragma once
+
+#include <vector>
+
+#include "beltrami/framework/mesh.hpp"
+
+namespace beltrami {
+
+/// The vertices, ascending, of facets that belong to one cell only: ends of segments, edges of one triangle, faces of
+/// one tetrahedron. Degenerate cells do not count as cells. Empty for closed meshes and points.
+std::vector<Index> boundary_vertices(const Mesh& mesh);
+
+}  // namespace beltrami
