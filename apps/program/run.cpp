@@ -1,0 +1,321 @@
+#include "run.hpp"
+
+#include <fmt/format.h>
+#include <omp.h>
+#include <spdlog/spdlog.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <utility>
+
+#include "beltrami/apps/picture/picture.hpp"
+
+// Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
+namespace beltrami::program {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// A bar on a terminal, lines in a log; nothing for work that is over at once.
+class ProgressDisplay {
+  public:
+    ProgressDisplay() : terminal_(isatty(STDERR_FILENO) != 0) {}
+    ProgressDisplay(const ProgressDisplay&) = delete;
+    ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+    ~ProgressDisplay() { clear(); }
+
+    void show(const ProgressReport& report) {
+        const double now = since(start_);
+        if (report.fraction < 0.0 || now < 1.0) return;
+        if (terminal_) {
+            if (now - last_ < 0.1) return;
+            const int filled = static_cast<int>(30.0 * report.fraction);
+            fmt::print(stderr, "\r{} [{:<30}] {:3.0f} %  {:.0f} s ", report.phase, std::string(static_cast<std::size_t>(filled), '='),
+                       100.0 * report.fraction, now);
+            std::fflush(stderr);
+            drawn_ = true;
+        } else {
+            if (now - last_ < 5.0) return;
+            fmt::print(stderr, "progress: {} {:.0f} % after {:.0f} s\n", report.phase, 100.0 * report.fraction, now);
+        }
+        last_ = now;
+    }
+
+    void clear() {
+        if (drawn_) fmt::print(stderr, "\r{:<70}\r", "");
+        drawn_ = false;
+    }
+
+  private:
+    bool terminal_;
+    bool drawn_ = false;
+    double last_ = 0.0;
+    Clock::time_point start_ = Clock::now();
+};
+
+std::size_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+std::string range_text(const Field& field) {
+    if (field.values.cols() == 1) {
+        return fmt::format("{} from {:.6g} to {:.6g}", field.name, field.values.minCoeff(), field.values.maxCoeff());
+    }
+    const Vector lengths = field.values.rowwise().norm();
+    return fmt::format("{} of length {:.6g} to {:.6g}", field.name, lengths.minCoeff(), lengths.maxCoeff());
+}
+
+std::atomic<Progress*> cancelled_by_signal = nullptr;
+
+void on_signal(int signal) {
+    if (Progress* const progress = cancelled_by_signal.load()) progress->cancel();
+    std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void cancel_on_signal(Progress& progress) {
+    cancelled_by_signal = &progress;
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+}
+
+Run::Run() : start_(Clock::now()) {
+    auto display = std::make_shared<ProgressDisplay>();
+    progress_ = std::make_unique<Progress>([this, display](const ProgressReport& report) {
+        if (!quiet_) display->show(report);
+    });
+    summary_["warnings"] = nlohmann::json::array();
+    summary_["outputs"] = nlohmann::json::array();
+    summary_["seconds"] = nlohmann::json::object();
+    summary_["result"] = nlohmann::json::object();
+}
+
+Run::~Run() {
+    if (cancelled_by_signal.load() == progress_.get()) cancelled_by_signal = nullptr;
+}
+
+void Run::add_options(CLI::App& command, Wants wants) {
+    command.add_option("mesh", mesh_argument_, "a mesh file, or a built-in shape such as shape:icosphere:5")
+        ->required()
+        ->option_text("MESH");
+    if (wants.output) {
+        command.add_option("-o,--output", output_, "the mesh with its fields: .ply, .vtu, .obj or .off")
+            ->option_text("OUT");
+        command.add_option("--picture", picture_, "a picture of the result")->option_text("FILE.png");
+        command.add_option("--view", view_, "the picture's direction of view: front, back, left, right, top, bottom, iso");
+    }
+    command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
+    command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
+    if (wants.solver) {
+        command.add_option("--solver", solver_, "auto, cg or cholesky (default: auto)")
+            ->check(CLI::IsMember({"auto", "cg", "cholesky"}))
+            ->option_text("NAME");
+        command.add_option("--tolerance", tolerance_, "where solves stop (default: 1e-10)")->option_text("X");
+        command.add_option("--max-iterations", max_iterations_, "the limit for cg (default: 50000)")->option_text("N");
+    }
+    auto* const quiet = command.add_flag("--quiet", quiet_, "print errors and warnings only");
+    command.add_flag("--verbose", verbose_, "print everything that is known of the mesh and the solve")->excludes(quiet);
+    command.parse_complete_callback([this, &command, wants] {
+        command_ = command.get_name();
+        wants_output_ = wants.output;
+    });
+}
+
+void Run::also_writes(const std::filesystem::path& path) { other_outputs_.push_back(path); }
+
+Mesh Run::load_mesh() {
+    summary_["command"] = command_;
+    summary_["version"] = BELTRAMI_VERSION;
+    if (wants_output_ && output_.empty() && picture_.empty() && other_outputs_.empty()) {
+        throw InputError("nothing would be written", "say where to with -o OUT.ply");
+    }
+    if (!output_.empty()) check_writable_mesh(output_);
+    if (!picture_.empty()) check_writable(picture_);
+    if (!summary_file_.empty()) check_writable(summary_file_);
+    for (const auto& path : other_outputs_) check_writable(path);
+    if (threads_ < 0) throw InputError(fmt::format("{} threads", threads_), "use one or more");
+    if (threads_ > 0) {
+        omp_set_num_threads(threads_);
+        if (openblas_set_num_threads != nullptr) openblas_set_num_threads(threads_);
+    }
+    summary_["threads"] = omp_get_max_threads();
+
+    const Phase phase(*this, "read");
+    constexpr std::string_view shape = "shape:";
+    Mesh mesh = mesh_argument_.starts_with(shape)
+                    ? shapes::from_name(std::string_view(mesh_argument_).substr(shape.size()))
+                    : read_mesh(mesh_argument_);
+    const MeshReport found = report(mesh);
+    summary_["mesh"] = to_json(found);
+    summary_["mesh"]["source"] = mesh_argument_;
+    say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));
+    for (const std::string& note : mesh.notes()) say("", note);
+    if (verbose_ && command_ != "info") fmt::print("{}", full_report(found));
+    return mesh;
+}
+
+Laplacian Run::build(const Mesh& mesh) {
+    const Phase phase(*this, "build");
+    Laplacian laplacian(mesh);
+    if (laplacian.left_out_cells() > 0) {
+        warn(fmt::format("{} of {} {} have no {} and are left out", laplacian.left_out_cells(), mesh.cell_count(),
+                         plural(mesh.kind()), mesh.kind() == CellKind::tetrahedron ? "volume" : "area"));
+    }
+    if (laplacian.isolated_vertices() > 0) {
+        warn(fmt::format("{} isolated vertices keep their initial value", laplacian.isolated_vertices()));
+    }
+    return laplacian;
+}
+
+LinearSolverOptions Run::linear_options() const {
+    LinearSolverOptions options;
+    if (solver_ == "cg") options.kind = SolverKind::cg;
+    if (solver_ == "cholesky") options.kind = SolverKind::cholesky;
+    options.tolerance = tolerance_;
+    if (max_iterations_ != 0) options.max_iterations = max_iterations_;
+    options.progress = progress();
+    options.check();
+    return options;
+}
+
+Run::Phase::Phase(Run& run, std::string name) : run_(run), name_(std::move(name)), start_(Clock::now()) {}
+
+Run::Phase::~Phase() {
+    nlohmann::json& seconds = run_.summary_["seconds"];
+    seconds[name_] = seconds.value(name_, 0.0) + since(start_);
+}
+
+void Run::say(const std::string& title, const std::string& text) const {
+    if (!quiet_) fmt::print("{:<10} {}\n", title, text);
+}
+
+void Run::warn(const std::string& text) {
+    spdlog::warn("{}", text);
+    summary_["warnings"].push_back(text);
+}
+
+void Run::record(const LinearSummary& solver) {
+    summary_["solver"] = {{"name", solver.solver},
+                          {"why", solver.why},
+                          {"iterations", solver.iterations},
+                          {"relative_residual", solver.relative_residual},
+                          {"converged", solver.converged},
+                          {"error", solver.error},
+                          {"norm", name(solver.norm)},
+                          {"tolerance", solver.tolerance},
+                          {"stopped", sentence(solver.reason)},
+                          {"products", solver.products},
+                          {"factorizations", solver.factorizations},
+                          {"unknowns", solver.unknowns},
+                          {"columns", solver.columns},
+                          {"setup_seconds", solver.setup_seconds},
+                          {"solve_seconds", solver.solve_seconds},
+                          {"memory_bytes", solver.memory_bytes}};
+    say("solver", fmt::format("{}; chosen: {}", solver.brief(), solver.why));
+    if (verbose_) fmt::print("{}", solver.full());
+}
+
+void Run::wrote(const std::filesystem::path& path) {
+    summary_["outputs"].push_back(path.string());
+    say("wrote", path.string());
+}
+
+void Run::write(const Mesh& mesh, const Fields& fields) {
+    const Phase phase(*this, "write");
+    for (const Field& field : fields) {
+        if (!field.values.allFinite()) {
+            throw SolveError(fmt::format("the result {} holds values that are not finite", field.name),
+                             "look at the mesh with `beltrami info`; nothing was written");
+        }
+        nlohmann::json& range = summary_["result"]["fields"][field.name];
+        range["columns"] = field.values.cols();
+        for (Eigen::Index c = 0; c < field.values.cols(); ++c) {
+            range["min"].push_back(field.values.col(c).minCoeff());
+            range["max"].push_back(field.values.col(c).maxCoeff());
+        }
+        say("result", range_text(field));
+    }
+    if (!output_.empty()) {
+        write_mesh(output_, mesh, fields);
+        wrote(output_);
+    }
+    if (!picture_.empty()) {
+        PictureOptions options;
+        options.view = view_;
+        options.title = fields.front().name;
+        write_picture(picture_, draw(mesh, &fields.front().values, options));
+        wrote(picture_);
+    }
+}
+
+void Run::finish() {
+    summary_["seconds"]["total"] = since(start_);
+    summary_["peak_memory_bytes"] = peak_memory_bytes();
+    if (summary_file_.empty()) return;
+    // dump() throws on a file name that is not UTF-8 unless told to replace it.
+    const std::string text = summary_.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+    write_whole(summary_file_, [&](std::ostream& out) { out << text << '\n'; });
+    say("wrote", summary_file_);
+}
+
+void add_free_components(CLI::App& command, bool& keep) {
+    command
+        .add_option_function<std::string>(
+            "--free-components", [&keep](const std::string& policy) { keep = policy == "keep"; },
+            "components without a fixed vertex: refuse, or keep at zero (default: refuse)")
+        ->check(CLI::IsMember({"refuse", "keep"}))
+        ->option_text("POLICY");
+}
+
+nlohmann::json to_json(const MeshReport& report) {
+    nlohmann::json json = {{"kind", plural(report.kind)},
+                           {"vertices", report.vertices},
+                           {"edges", report.edges},
+                           {"faces", report.faces},
+                           {"cells", report.cells},
+                           {"components", report.components},
+                           {"isolated_vertices", report.isolated_vertices},
+                           {"boundary_edges", report.boundary_edges},
+                           {"boundary_loops", report.boundary_loops},
+                           {"boundary_faces", report.boundary_faces},
+                           {"boundary_vertices", report.boundary_vertices},
+                           {"non_manifold_edges", report.non_manifold_edges},
+                           {"non_manifold_vertices", report.non_manifold_vertices},
+                           {"turned_edges", report.turned_edges},
+                           {"duplicate_cells", report.duplicate_cells},
+                           {"repeated_positions", report.repeated_positions},
+                           {"degenerate_cells", report.degenerate_cells},
+                           {"sliver_cells", report.sliver_cells},
+                           {"inverted_cells", report.inverted_cells},
+                           {"non_delaunay_edges", report.non_delaunay_edges},
+                           {"manifold", report.manifold},
+                           {"orientable", report.orientable},
+                           {"euler_characteristic", report.euler_characteristic},
+                           {"genus", nullptr},
+                           {"smallest_angle", report.smallest_angle},
+                           {"largest_angle", report.largest_angle},
+                           {"shortest_edge", report.shortest_edge},
+                           {"mean_edge", report.mean_edge},
+                           {"longest_edge", report.longest_edge},
+                           {"measure", report.measure},
+                           {"lower", report.lower},
+                           {"upper", report.upper},
+                           {"fields", report.field_names},
+                           {"notes", report.notes},
+                           {"memory_bytes", report.memory_bytes}};
+    if (report.genus) json["genus"] = *report.genus;
+    return json;
+}
+
+}  // namespace beltrami::program

@@ -1,0 +1,126 @@
+// One run of the program: the options every command has, the mesh, phases with their seconds, progress and cancel,
+// outputs, and the summary.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "beltrami/beltrami.hpp"
+
+namespace beltrami::program {
+
+/// What a command has besides MESH, --summary, --threads, --quiet and --verbose.
+struct Wants {
+    bool output = true;
+    bool solver = true;
+};
+
+class Run {
+  public:
+    Run();
+    Run(const Run&) = delete;
+    Run& operator=(const Run&) = delete;
+    ~Run();
+
+    /// Declares the common options on a command.
+    void add_options(CLI::App& command, Wants wants);
+
+    /// Checks every output name, then reads or makes the mesh and says what it is.
+    Mesh load_mesh();
+    /// Builds the operators and warns of what they leave out.
+    Laplacian build(const Mesh& mesh);
+
+    [[nodiscard]] LinearSolverOptions linear_options() const;
+    [[nodiscard]] const Progress* progress() const { return progress_.get(); }
+    [[nodiscard]] Progress& cancellable() { return *progress_; }
+
+    /// Times what is done until the object goes away.
+    class Phase {
+      public:
+        Phase(Run& run, std::string name);
+        Phase(const Phase&) = delete;
+        Phase& operator=(const Phase&) = delete;
+        ~Phase();
+
+      private:
+        Run& run_;
+        std::string name_;
+        std::chrono::steady_clock::time_point start_;
+    };
+
+    /// A line "title  text" on standard output, unless --quiet.
+    void say(const std::string& title, const std::string& text) const;
+    /// A line on standard error, and an entry in the summary.
+    void warn(const std::string& text);
+    void record(const LinearSummary& solver);
+    nlohmann::json& result() { return summary_["result"]; }
+
+    /// An output besides -o that is checked before any work, such as a series.
+    void also_writes(const std::filesystem::path& path);
+    void wrote(const std::filesystem::path& path);
+
+    /// Records the least and greatest value of each field, writes -o and --picture, and says so. Throws SolveError,
+    /// with nothing written, for a value that is not finite.
+    void write(const Mesh& mesh, const Fields& fields);
+    /// Writes --summary. The last thing a command does.
+    void finish();
+
+    /// As --quiet: for commands whose standard output is data.
+    void be_quiet() { quiet_ = true; }
+
+    /// work(), timed as a phase.
+    template <class Work>
+    auto timed(const std::string& phase, Work work) {
+        const Phase timer(*this, phase);
+        return work();
+    }
+
+  private:
+    friend class Phase;
+    std::string command_;
+    std::string mesh_argument_;
+    std::string output_;
+    std::string picture_;
+    std::string view_ = "front";
+    std::string summary_file_;
+    std::string solver_ = "auto";
+    double tolerance_ = 1e-10;
+    int max_iterations_ = 0;
+    int threads_ = 0;
+    bool quiet_ = false;
+    bool verbose_ = false;
+    bool wants_output_ = false;
+
+    std::unique_ptr<Progress> progress_;
+    std::vector<std::filesystem::path> other_outputs_;
+    std::chrono::steady_clock::time_point start_;
+    nlohmann::json summary_;
+};
+
+/// Cancels `progress` at the first Ctrl-C or SIGTERM; a second one ends the program at once.
+void cancel_on_signal(Progress& progress);
+
+/// Declares --free-components refuse|keep.
+void add_free_components(CLI::App& command, bool& keep);
+inline FreeComponents free_components(bool keep) {
+    return keep ? FreeComponents::keep_at_zero : FreeComponents::refuse;
+}
+
+/// The report as JSON, keys as the fields of MeshReport.
+nlohmann::json to_json(const MeshReport& report);
+
+// Every command in a line.
+void add_info(CLI::App& program, Run& run);
+void add_heat(CLI::App& program, Run& run);
+void add_wave(CLI::App& program, Run& run);
+void add_interpolate(CLI::App& program, Run& run);
+void add_poisson(CLI::App& program, Run& run);
+void add_curvature(CLI::App& program, Run& run);
+
+}  // namespace beltrami::program
