@@ -13,10 +13,14 @@ namespace beltrami {
 
 std::string_view plural(CellKind kind) {
     switch (kind) {
-        case CellKind::point: return "points";
-        case CellKind::segment: return "segments";
-        case CellKind::triangle: return "triangles";
-        case CellKind::tetrahedron: return "tetrahedra";
+        case CellKind::point:
+            return "points";
+        case CellKind::segment:
+            return "segments";
+        case CellKind::triangle:
+            return "triangles";
+        case CellKind::tetrahedron:
+            return "tetrahedra";
     }
     return "cells";
 }
@@ -65,7 +69,8 @@ void Mesh::validate() const {
         }
         for (std::size_t g = 0; g < f; ++g) {
             if (fields_[g].name == fields_[f].name) {
-                throw InputError(fmt::format("two fields are named '{}'", fields_[f].name), "rename one of them");
+                throw InputError(fmt::format("two fields are named '{}'", fields_[f].name),
+                                 "rename one of them");
             }
         }
     }
@@ -81,10 +86,12 @@ const Field* Mesh::find_field(std::string_view name) const {
 const Field& Mesh::field(std::string_view name) const {
     if (const Field* found = find_field(name)) return *found;
     std::vector<std::string> names;
-    for (const Field& field : fields_) names.push_back(field.name);
+    for (const Field& field : fields_)
+        names.push_back(field.name);
     throw InputError(fmt::format("the mesh carries no vertex field '{}'", name),
-                     names.empty() ? std::string("its file carries no vertex fields at all; PLY and VTU files can")
-                                   : fmt::format("it carries: {}", fmt::join(names, ", ")));
+                     names.empty()
+                         ? std::string("its file carries no vertex fields at all; PLY and VTU files can")
+                         : fmt::format("it carries: {}", fmt::join(names, ", ")));
 }
 
 Mesh Mesh::with_notes(std::vector<std::string> notes) const {
@@ -106,7 +113,8 @@ Mesh Mesh::with_points(Points points) const {
 std::size_t Mesh::memory_bytes() const {
     auto bytes = sizeof(double) * static_cast<std::size_t>(points_.size()) +
                  sizeof(Index) * static_cast<std::size_t>(cells_.size());
-    for (const Field& field : fields_) bytes += sizeof(double) * static_cast<std::size_t>(field.values.size());
+    for (const Field& field : fields_)
+        bytes += sizeof(double) * static_cast<std::size_t>(field.values.size());
     return bytes;
 }
 
