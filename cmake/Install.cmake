@@ -1,0 +1,18 @@
+# cmake --install, and the package that find_package(Beltrami) finds.
+include(CMakePackageConfigHelpers)
+
+foreach(room framework operators solvers apps)
+  install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami/${room}"
+    FILES_MATCHING PATTERN "*.hpp"
+    PATTERN "formats" EXCLUDE PATTERN "program" EXCLUDE)
+endforeach()
+install(FILES "${PROJECT_SOURCE_DIR}/apps/beltrami.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami")
+install(TARGETS beltrami_framework beltrami_operators beltrami_solvers beltrami_apps beltrami_all beltrami
+  EXPORT BeltramiTargets)
+
+set(destination "${CMAKE_INSTALL_LIBDIR}/cmake/Beltrami")
+install(EXPORT BeltramiTargets NAMESPACE Beltrami:: DESTINATION "${destination}")
+configure_package_config_file(cmake/BeltramiConfig.cmake.in BeltramiConfig.cmake INSTALL_DESTINATION "${destination}")
+write_basic_package_version_file(BeltramiConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES "${PROJECT_BINARY_DIR}/BeltramiConfig.cmake" "${PROJECT_BINARY_DIR}/BeltramiConfigVersion.cmake"
+  cmake/FindCHOLMOD.cmake DESTINATION "${destination}")

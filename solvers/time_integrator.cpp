@@ -128,13 +128,12 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     require_converged(step);
     solver.reaction(load, w, held_velocity, reaction_);
 
-    u_before_ = std::exchange(u_, base + reach * w);
     // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry on.
-    if (options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0) {
-        v_before_ = std::exchange(v_, 2.0 * w - v_);
-    } else {
-        v_before_ = std::exchange(v_, std::move(w));
-    }
+    const bool mean = options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0;
+    Block next_u = base + reach * w;
+    Block next_v = mean ? Block(2.0 * w - v_) : std::move(w);
+    u_before_ = std::exchange(u_, std::move(next_u));
+    v_before_ = std::exchange(v_, std::move(next_v));
     ++step_count_;
 }
 

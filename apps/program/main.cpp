@@ -21,7 +21,7 @@ int run_program(int argc, char** argv) {
     using namespace beltrami;
     using namespace beltrami::program;
 
-    spdlog::set_default_logger(spdlog::stderr_logger_mt("beltrami"));
+    spdlog::set_default_logger(spdlog::stderr_color_mt("beltrami"));
     spdlog::set_pattern("%l: %v");
 
     CLI::App program("Heat, waves and interpolation on meshes, by sparse PDE solvers.", "beltrami");

@@ -1,6 +1,5 @@
 #include "run.hpp"
 
-#include <fmt/format.h>
 #include <omp.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
@@ -11,7 +10,10 @@
 #include <cstdio>
 #include <utility>
 
+#if __has_include("beltrami/apps/picture/picture.hpp")
 #include "beltrami/apps/picture/picture.hpp"
+#define HAVE_PICTURE
+#endif
 
 // Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
@@ -250,6 +252,7 @@ void Run::write(const Mesh& mesh, const Fields& fields) {
         write_mesh(output_, mesh, fields);
         wrote(output_);
     }
+#ifdef HAVE_PICTURE
     if (!picture_.empty()) {
         PictureOptions options;
         options.view = view_;
@@ -257,6 +260,7 @@ void Run::write(const Mesh& mesh, const Fields& fields) {
         write_picture(picture_, draw(mesh, &fields.front().values, options));
         wrote(picture_);
     }
+#endif
 }
 
 void Run::finish() {
