@@ -28,19 +28,22 @@ namespace {
 struct Format {
     std::string_view ending;
     void (*write)(std::ostream&, const Mesh&, const Fields&);
-    /// Why the field cannot be held, or nothing.
-    std::string_view (*refuses)(const Field&);
+    bool (*holds_cells)(CellKind);
+    bool (*holds_field)(const Field&);
+    std::string_view fields;  ///< which it holds, for messages
 };
 
+constexpr auto any_cells = [](CellKind) { return true; };
+constexpr auto any_field = [](const Field&) { return true; };
+
 constexpr std::array<Format, 4> known_formats{{
-    {".ply", formats::write_ply, [](const Field&) { return std::string_view(); }},
-    {".vtu", formats::write_vtu, [](const Field&) { return std::string_view(); }},
-    {".obj", formats::write_obj,
-     [](const Field& field) {
-         return std::string_view(
-             formats::is_color(field) ? "" : "OBJ files hold no field but a 'color' of three columns");
-     }},
-    {".off", formats::write_off, [](const Field&) { return std::string_view("OFF files hold no fields"); }},
+    {".ply", formats::write_ply, any_cells, any_field, "any field"},
+    {".vtu", formats::write_vtu, any_cells, any_field, "any field"},
+    {".obj", formats::write_obj, [](CellKind kind) { return kind != CellKind::tetrahedron; },
+     formats::is_color, "no field but a 'color' of three columns"},
+    {".off", formats::write_off,
+     [](CellKind kind) { return kind == CellKind::triangle || kind == CellKind::point; },
+     [](const Field&) { return false; }, "no fields"},
 }};
 
 const Format& format_of(const fs::path& path) {
@@ -80,19 +83,15 @@ Fields merged(const fs::path& path, const Format& format, const Mesh& mesh, cons
     const std::size_t carried = all.size();
     std::vector<bool> replaced(carried, false);
     for (const Field& field : given) {
-        if (const std::string_view reason = format.refuses(field); !reason.empty()) {
-            throw InputError(
-                fmt::format("{}: field '{}' cannot be written, {}", path.string(), field.name, reason),
-                "write .ply or .vtu");
+        if (!format.holds_field(field)) {
+            throw InputError(fmt::format("{}: field '{}' cannot be written, {} files hold {}", path.string(),
+                                         field.name, format.ending, format.fields),
+                             "write .ply or .vtu");
         }
         std::size_t at = 0;
         while (at < all.size() && all[at].name != field.name)
             ++at;
-        if (at >= carried && at < all.size()) {
-            throw InputError(fmt::format("{}: two fields are named '{}'", path.string(), field.name),
-                             "rename one of them");
-        }
-        if (at < carried && replaced[at]) {
+        if (at < all.size() && (at >= carried || replaced[at])) {
             throw InputError(fmt::format("{}: two fields are named '{}'", path.string(), field.name),
                              "rename one of them");
         }
@@ -219,6 +218,11 @@ void check_writable_mesh(const fs::path& path) {
 
 void write_mesh(const fs::path& path, const Mesh& mesh, const Fields& fields) {
     const Format& format = format_of(path);
+    if (!format.holds_cells(mesh.kind())) {
+        throw InputError(
+            fmt::format("{}: {} files cannot hold {}", path.string(), format.ending, plural(mesh.kind())),
+            "write .vtu or .ply");
+    }
     const Fields all = merged(path, format, mesh, fields);
     write_whole(path, [&](std::ostream& stream) { format.write(stream, mesh, all); });
 }
@@ -232,7 +236,8 @@ SeriesWriter::SeriesWriter(fs::path path) : path_(std::move(path)) {
 }
 
 void SeriesWriter::add(double time, const Mesh& mesh, const Fields& fields) {
-    if (!std::isfinite(time)) throw InputError(fmt::format("{}: a step's time is {}", path_.string(), time));
+    if (!std::isfinite(time))
+        throw InputError(fmt::format("{}: a step's time is {}", path_.string(), time), "give a finite time");
     fs::path file = path_;
     file.replace_filename(fmt::format("{}_{:04}.vtu", path_.stem().string(), steps_.size()));
     write_mesh(file, mesh, fields);

@@ -5,6 +5,7 @@
 #include <CGAL/Projection_traits_3.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cmath>

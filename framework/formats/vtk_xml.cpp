@@ -302,18 +302,19 @@ class XmlReader {
         const std::size_t blocks = header_value(start, 0);
         const std::size_t full = header_value(start, 1);
         const std::size_t last = header_value(start, 2);
-        // zlib packs 1032 to 1 at best, so larger claims are false.
+        // zlib packs 1032 to 1 at best, so larger claims are false. A lone block may be smaller than a
+        // block's size says.
         const std::size_t most = 1040 * stream.room();
-        if (blocks > stream.room() / word || full > most || last > full ||
-            (full > 0 && blocks > most / full)) {
-            stream.fail("the sizes of the compressed blocks are out of range");
-        }
+        const std::size_t tail = last > 0 ? last : full;
+        const bool possible =
+            blocks <= stream.room() / word && tail <= most && (blocks < 2 || full <= most / blocks);
+        if (!possible) stream.fail("the sizes of the compressed blocks are out of range");
         const std::string sizes(stream.take(blocks * word));
         std::string bytes;
         for (std::size_t b = 0; b < blocks; ++b) {
             const std::string_view packed = stream.take(header_value(sizes, b));
             const std::size_t before = bytes.size();
-            uLongf size = b + 1 == blocks && last > 0 ? last : full;
+            uLongf size = b + 1 == blocks ? tail : full;
             const uLongf due = size;
             bytes.resize(before + size);
             const int status = uncompress(reinterpret_cast<Bytef*>(bytes.data() + before), &size,

@@ -33,8 +33,17 @@ std::string property_name(std::string_view name) {
     return text;
 }
 
-bool fits_bytes(const Field& field) {
-    return is_color(field) && (field.values.array() >= 0.0).all() && (field.values.array() <= 1.0).all();
+bool in_byte_range(const Field& field) {
+    return (field.values.array() >= 0.0).all() && (field.values.array() <= 1.0).all();
+}
+
+// An opacity belongs to its colour, and other programs want both of one type; but `alpha` may also be what
+// somebody computed, so only what loses nothing becomes bytes.
+bool is_opacity(const Field& field) {
+    return field.name == "alpha" && field.values.cols() == 1 && in_byte_range(field) &&
+           (field.values.unaryExpr([](double v) { return std::round(255.0 * v) / 255.0; }).array() ==
+            field.values.array())
+               .all();
 }
 
 class ColumnNames {
@@ -53,16 +62,20 @@ class ColumnNames {
 std::vector<Column> columns_of(const Fields& fields) {
     std::vector<Column> columns;
     ColumnNames names;
+    const bool byte_colors = std::any_of(fields.begin(), fields.end(), [](const Field& field) {
+        return is_color(field) && in_byte_range(field);
+    });
     for (const Field& field : fields) {
-        const bool bytes = fits_bytes(field);
+        const bool channels = is_color(field) && byte_colors;
+        const bool bytes = channels || (byte_colors && is_opacity(field));
         const bool normal = field.name == "normal" && field.values.cols() == 3;
         const std::string stem = property_name(field.name);
         for (Eigen::Index c = 0; c < field.values.cols(); ++c) {
             constexpr std::array axes{"x", "y", "z"};
-            constexpr std::array channels{"red", "green", "blue"};
+            constexpr std::array colors{"red", "green", "blue"};
             std::string name;
-            if (bytes) {
-                name = channels[static_cast<std::size_t>(c)];
+            if (channels) {
+                name = colors[static_cast<std::size_t>(c)];
             } else if (normal) {
                 name = std::string("n") + axes[static_cast<std::size_t>(c)];
             } else if (field.values.cols() == 1) {

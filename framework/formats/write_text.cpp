@@ -5,18 +5,11 @@
 #include <ostream>
 #include <string>
 
-#include "beltrami/framework/error.hpp"
 #include "beltrami/framework/formats/writers.hpp"
 
 namespace beltrami::formats {
 
 namespace {
-
-void require_cells(const Mesh& mesh, std::string_view format, bool held) {
-    if (held) return;
-    throw InputError(fmt::format("{} files cannot hold {}", format, plural(mesh.kind())),
-                     "write .vtu or .ply");
-}
 
 /// Collects text and hands it on in large pieces.
 class TextSink {
@@ -49,7 +42,6 @@ bool is_color(const Field& field) {
 }
 
 void write_obj(std::ostream& stream, const Mesh& mesh, const Fields& fields) {
-    require_cells(mesh, "OBJ", mesh.kind() != CellKind::tetrahedron);
     const Field* color = nullptr;
     for (const Field& field : fields) {
         if (is_color(field)) color = &field;
@@ -73,7 +65,6 @@ void write_obj(std::ostream& stream, const Mesh& mesh, const Fields& fields) {
 }
 
 void write_off(std::ostream& stream, const Mesh& mesh, const Fields&) {
-    require_cells(mesh, "OFF", mesh.kind() == CellKind::triangle || mesh.kind() == CellKind::point);
     TextSink sink(stream);
     sink.add("OFF\n{} {} 0\n", mesh.vertex_count(), mesh.cell_count());
     const Points& p = mesh.points();

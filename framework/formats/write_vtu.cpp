@@ -25,7 +25,8 @@ class AppendedArrays {
         pugi::xml_node array = parent.append_child("DataArray");
         array.append_attribute("type") = type;
         array.append_attribute("Name") = name;
-        array.append_attribute("NumberOfComponents") = static_cast<long long>(components);
+        if (components != 1)
+            array.append_attribute("NumberOfComponents") = static_cast<long long>(components);
         array.append_attribute("format") = "appended";
         array.append_attribute("offset") = static_cast<unsigned long long>(offset_);
         parts_.emplace_back(static_cast<const char*>(data), bytes);

@@ -1,4 +1,4 @@
-// One writer a format; write_mesh() chooses by the ending and has checked the fields.
+// One writer a format; write_mesh() chooses by the ending and has checked that cells and fields fit.
 #pragma once
 
 #include <iosfwd>
@@ -13,10 +13,10 @@ void write_ply(std::ostream& stream, const Mesh& mesh, const Fields& fields);
 
 void write_vtu(std::ostream& stream, const Mesh& mesh, const Fields& fields);
 
-/// Field `color` of three columns only; others are left out. Throws InputError for tetrahedra.
+/// Points, segments or triangles, and a field `color` of three columns; other fields are left out.
 void write_obj(std::ostream& stream, const Mesh& mesh, const Fields& fields);
 
-/// No fields. Throws InputError for segments and tetrahedra.
+/// Points or triangles, no fields.
 void write_off(std::ostream& stream, const Mesh& mesh, const Fields& fields);
 
 bool is_color(const Field& field);
