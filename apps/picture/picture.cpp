@@ -1,0 +1,248 @@
+#include "beltrami/apps/picture/picture.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "beltrami/apps/picture/camera.hpp"
+#include "beltrami/apps/picture/lettering.hpp"
+#include "beltrami/apps/picture/rasterizer.hpp"
+#include "beltrami/apps/picture/sheet.hpp"
+#include "beltrami/framework/error.hpp"
+#include "beltrami/framework/sides.hpp"
+
+namespace beltrami {
+
+namespace {
+
+constexpr int fewest_pixels = 16;
+constexpr int most_pixels = 16384;
+constexpr int most_pixels_of_sheet = 32767;
+
+constexpr Colour plain_surface{0.70F, 0.76F, 0.85F};
+constexpr Colour plain_line{0.22F, 0.37F, 0.58F};  // thin things need more contrast
+
+void check(const Mesh& mesh, const Block* field, const PictureOptions& options) {
+    for (const int pixels : {options.width, options.height}) {
+        if (pixels < fewest_pixels || pixels > most_pixels) {
+            throw InputError(
+                fmt::format("a picture of {} x {} pixels cannot be drawn", options.width, options.height),
+                fmt::format("give {} to {} pixels in both directions", fewest_pixels, most_pixels));
+        }
+    }
+    if (options.range) {
+        const auto [low, high] = *options.range;
+        if (!std::isfinite(low) || !std::isfinite(high) || low > high) {
+            throw InputError(fmt::format("colours cannot range from {} to {}", low, high),
+                             "give two finite numbers, the smaller first");
+        }
+    }
+    if (field == nullptr) return;
+    if (field->rows() != mesh.vertex_count()) {
+        throw InputError(
+            fmt::format("the field has {} rows for {} vertices", field->rows(), mesh.vertex_count()),
+            "give one row a vertex");
+    }
+    if (field->cols() != 1 && field->cols() != 3) {
+        throw InputError(fmt::format("a field of {} columns cannot be drawn", field->cols()),
+                         "give one column of numbers, or three of red, green and blue");
+    }
+}
+
+void check(const Image& image) {
+    const bool has_pixels = image.width > 0 && image.height > 0;
+    if (has_pixels && image.rgb.size() == static_cast<std::size_t>(image.width) *
+                                              static_cast<std::size_t>(image.height) * 3) {
+        return;
+    }
+    throw InputError(fmt::format("an image of {} x {} pixels with {} bytes is none", image.width,
+                                 image.height, image.rgb.size()),
+                     "give at least one pixel and three bytes for each");
+}
+
+/// What there is to draw: triangles, or rods and balls.
+struct Shape {
+    Cells triangles{0, 3};
+    Cells capsules{0, 2};
+    std::vector<Index> vertices;  // that it uses, ascending
+};
+
+std::vector<Index> used_vertices(const Cells& cells, Index vertex_count) {
+    std::vector<char> used(static_cast<std::size_t>(vertex_count), 0);
+    for (Eigen::Index i = 0; i < cells.size(); ++i)
+        used[static_cast<std::size_t>(cells.data()[i])] = 1;
+    std::vector<Index> vertices;
+    for (Index v = 0; v < vertex_count; ++v) {
+        if (used[static_cast<std::size_t>(v)] != 0) vertices.push_back(v);
+    }
+    return vertices;
+}
+
+Shape shape_of(const Mesh& mesh) {
+    Shape shape;
+    switch (mesh.kind()) {
+        case CellKind::point:
+            shape.capsules.resize(mesh.vertex_count(), 2);
+            for (Index v = 0; v < mesh.vertex_count(); ++v)
+                shape.capsules.row(v).setConstant(v);
+            break;
+        case CellKind::segment:
+            shape.capsules = mesh.cells();
+            break;
+        case CellKind::triangle:
+            shape.triangles = mesh.cells();
+            break;
+        case CellKind::tetrahedron:
+            shape.triangles = boundary(Sides(proper_cells(mesh), mesh.vertex_count()));
+            break;
+    }
+    const Cells& cells = shape.capsules.rows() > 0 ? shape.capsules : shape.triangles;
+    shape.vertices = used_vertices(cells, mesh.vertex_count());
+    return shape;
+}
+
+/// Triangles that are all seen from the side cover no pixel: their edges, so that there is something to see.
+void to_edges(Shape& shape) {
+    const Eigen::Index count = shape.triangles.rows();
+    shape.capsules.resize(3 * count, 2);
+    for (Eigen::Index t = 0; t < count; ++t) {
+        for (int k = 0; k < 3; ++k) {
+            shape.capsules.row(3 * t + k) << shape.triangles(t, k), shape.triangles(t, (k + 1) % 3);
+        }
+    }
+    shape.triangles.resize(0, 3);
+}
+
+bool seen_from_the_side(const Points& positions, const std::vector<Index>& vertices) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Eigen::Array2d low(infinity, infinity);
+    Eigen::Array2d high = -low;
+    for (const Index v : vertices) {
+        low = low.min(positions.row(v).head<2>().transpose().array());
+        high = high.max(positions.row(v).head<2>().transpose().array());
+    }
+    return (high - low).minCoeff() < 1.0;
+}
+
+/// Nothing where no value is finite.
+std::optional<ColourScale> scale_of(const Block& values, const std::vector<Index>& vertices,
+                                    const PictureOptions& options) {
+    if (options.range) return ColourScale(options.range->first, options.range->second);
+    double low = std::numeric_limits<double>::infinity();
+    double high = -low;
+    for (const Index v : vertices) {
+        if (!std::isfinite(values(v, 0))) continue;
+        low = std::min(low, values(v, 0));
+        high = std::max(high, values(v, 0));
+    }
+    if (low > high) return std::nullopt;
+    return ColourScale(low, high);
+}
+
+Paint paint_for(const Block* field, const std::optional<ColourScale>& scale, bool thin) {
+    if (field == nullptr) return Paint::plain(thin ? plain_line : plain_surface);
+    if (field->cols() == 3) return Paint::colours(*field);
+    return scale ? Paint::scalar(*field, *scale) : Paint::plain(no_value_colour);
+}
+
+double radius_for(const Mesh& mesh, const Shape& shape, int width, int height) {
+    const double size = std::min(width, height);
+    const double line = std::max(1.0, size / 480.0);
+    if (mesh.kind() != CellKind::point) return line;
+    // Balls so large that those of a closed surface hide the ones behind it.
+    const double count = std::max<double>(1.0, static_cast<double>(shape.vertices.size()));
+    return std::clamp(0.8 * std::sqrt(0.5 * width * height / count), line, size / 60.0);
+}
+
+}  // namespace
+
+Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) {
+    check(mesh, field, options);
+    const Camera camera = camera_from(options.view, options.up);
+    Shape shape = shape_of(mesh);
+    std::optional<ColourScale> scale;
+    if (field != nullptr && field->cols() == 1) scale = scale_of(*field, shape.vertices, options);
+
+    // Title above and bar beside the drawing, where they leave it most of the picture.
+    Image whole = blank_image(options.width, options.height);
+    const double font = std::max(9.0, std::min(options.width, options.height) / 40.0);
+    int top = 0;
+    int width = options.width;
+    if (!options.title.empty()) {
+        const Image title = draw_title(options.title, options.width, 1.15 * font);
+        if (4 * title.height <= options.height) {
+            place(title, whole, 0, 0);
+            top = title.height;
+        }
+    }
+    const int height = options.height - top;
+    if (scale && options.bar && height >= 10.0 * font) {
+        const Image bar = draw_colour_bar(*scale, height, font);
+        if (3 * bar.width <= options.width) {
+            width -= bar.width;
+            place(bar, whole, width, top);
+        }
+    }
+
+    const double radius = radius_for(mesh, shape, width, height);
+    const double margin = 0.05 * std::min(width, height) + (shape.capsules.rows() > 0 ? radius : 0.0);
+    const Points positions = fit(mesh.points(), shape.vertices, camera, width, height, margin);
+    if (shape.triangles.rows() > 0 && seen_from_the_side(positions, shape.vertices)) to_edges(shape);
+    const Paint paint = paint_for(field, scale, shape.capsules.rows() > 0);
+    const double edge_width = options.edges ? std::max(1.0, std::min(width, height) / 800.0) : 0.0;
+    std::vector<CornerNormals> normals = corner_normals(positions, shape.triangles);
+    // Light must not be taken for a change of the values.
+    const float contrast = field == nullptr ? 0.6F : 0.4F;
+    const Scene scene{positions,
+                      std::move(shape.triangles),
+                      std::move(normals),
+                      edge_width,
+                      std::move(shape.capsules),
+                      radius,
+                      paint,
+                      contrast};
+    place(rasterize(scene, width, height), whole, 0, top);
+    return whole;
+}
+
+Image side_by_side(const std::vector<Image>& images, int columns) {
+    if (images.empty()) throw InputError("there are no pictures to put side by side");
+    if (columns < 1) {
+        throw InputError(fmt::format("pictures cannot stand in {} columns", columns),
+                         "give at least one column");
+    }
+    const std::size_t across = std::min(static_cast<std::size_t>(columns), images.size());
+    const std::size_t down = (images.size() + across - 1) / across;
+    int width = 0;
+    int height = 0;
+    for (const Image& image : images) {
+        check(image);
+        width = std::max(width, image.width);
+        height = std::max(height, image.height);
+    }
+    const std::size_t whole_width = across * static_cast<std::size_t>(width);
+    const std::size_t whole_height = down * static_cast<std::size_t>(height);
+    if (std::max(whole_width, whole_height) > most_pixels_of_sheet) {
+        throw InputError(
+            fmt::format("{} pictures in {} columns make {} x {} pixels", images.size(), across, whole_width,
+                        whole_height),
+            fmt::format("draw fewer or smaller pictures: {} pixels are possible in both directions",
+                        most_pixels_of_sheet));
+    }
+    Image whole = blank_image(static_cast<int>(whole_width), static_cast<int>(whole_height));
+    for (std::size_t i = 0; i < images.size(); ++i) {
+        const int left = static_cast<int>(i % across) * width + (width - images[i].width) / 2;
+        const int upper = static_cast<int>(i / across) * height + (height - images[i].height) / 2;
+        place(images[i], whole, left, upper);
+    }
+    return whole;
+}
+
+std::string encode_png(const Image& image) {
+    check(image);
+    return Sheet(image).png();
+}
+
+}  // namespace beltrami
