@@ -10,10 +10,7 @@
 #include <cstdio>
 #include <utility>
 
-#if __has_include("beltrami/apps/picture/picture.hpp")
 #include "beltrami/apps/picture/picture.hpp"
-#define HAVE_PICTURE
-#endif
 
 // Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
@@ -252,7 +249,6 @@ void Run::write(const Mesh& mesh, const Fields& fields) {
         write_mesh(output_, mesh, fields);
         wrote(output_);
     }
-#ifdef HAVE_PICTURE
     if (!picture_.empty()) {
         PictureOptions options;
         options.view = view_;
@@ -260,7 +256,6 @@ void Run::write(const Mesh& mesh, const Fields& fields) {
         write_picture(picture_, draw(mesh, &fields.front().values, options));
         wrote(picture_);
     }
-#endif
 }
 
 void Run::finish() {
