@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "beltrami/apps/picture/picture.hpp"
+#include "beltrami/apps/picture/camera.hpp"
 
 // Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
@@ -112,7 +112,16 @@ void Run::add_options(CLI::App& command, Wants wants) {
         command.add_option("-o,--output", output_, "the mesh with its fields: .ply, .vtu, .obj or .off")
             ->option_text("OUT");
         command.add_option("--picture", picture_, "a picture of the result")->option_text("FILE.png");
-        command.add_option("--view", view_, "the picture's direction of view: front, back, left, right, top, bottom, iso");
+        command
+            .add_option("--view", view_.view,
+                        "from where the picture looks: front, back, left, right, top, bottom, iso or x,y,z")
+            ->option_text("NAME");
+        command.add_option("--up", view_.up, "the axis that points up in the picture: x, y or z (default: y)")
+            ->option_text("AXIS");
+        command.add_option("--range", range_, "the ends of the picture's colour scale (default: by the values)")
+            ->delimiter(',')
+            ->expected(2)
+            ->option_text("LOW,HIGH");
     }
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
     command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
@@ -140,7 +149,11 @@ Mesh Run::load_mesh() {
         throw InputError("nothing would be written", "say where to with -o OUT.ply");
     }
     if (!output_.empty()) check_writable_mesh(output_);
-    if (!picture_.empty()) check_writable(picture_);
+    if (!picture_.empty()) {
+        check_writable(picture_);
+        if (!picture_.ends_with(".png")) throw InputError("--picture " + picture_ + " is not a .png", "name it FILE.png");
+        camera_from(view_.view, view_.up);  // throws for a direction that is not one
+    }
     if (!summary_file_.empty()) check_writable(summary_file_);
     for (const auto& path : other_outputs_) check_writable(path);
     if (threads_ < 0) throw InputError(fmt::format("{} threads", threads_), "use one or more");
@@ -230,7 +243,7 @@ void Run::wrote(const std::filesystem::path& path) {
     say("wrote", path.string());
 }
 
-void Run::write(const Mesh& mesh, const Fields& fields) {
+void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) {
     const Phase phase(*this, "write");
     for (const Field& field : fields) {
         if (!field.values.allFinite()) {
@@ -250,10 +263,10 @@ void Run::write(const Mesh& mesh, const Fields& fields) {
         wrote(output_);
     }
     if (!picture_.empty()) {
-        PictureOptions options;
-        options.view = view_;
+        PictureOptions options = view_;
         options.title = fields.front().name;
-        write_picture(picture_, draw(mesh, &fields.front().values, options));
+        if (!range_.empty()) options.range = {range_[0], range_[1]};
+        write_picture(picture_, drawing ? drawing(options) : draw(mesh, &fields.front().values, options));
         wrote(picture_);
     }
 }

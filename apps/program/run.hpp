@@ -7,12 +7,14 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "beltrami/apps/picture/picture.hpp"
 #include "beltrami/beltrami.hpp"
 
 namespace beltrami::program {
@@ -67,9 +69,12 @@ class Run {
     void also_writes(const std::filesystem::path& path);
     void wrote(const std::filesystem::path& path);
 
-    /// Records the least and greatest value of each field, writes -o and --picture, and says so. Throws SolveError,
-    /// with nothing written, for a value that is not finite.
-    void write(const Mesh& mesh, const Fields& fields);
+    using Drawing = std::function<Image(const PictureOptions&)>;
+
+    /// Records the least and greatest value of each field, writes -o and --picture (of the first field, unless
+    /// `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value that is not finite.
+    void write(const Mesh& mesh, const Fields& fields, const Drawing& drawing = {});
+    [[nodiscard]] bool wants_picture() const { return !picture_.empty(); }
     /// Writes --summary. The last thing a command does.
     void finish();
 
@@ -89,7 +94,8 @@ class Run {
     std::string mesh_argument_;
     std::string output_;
     std::string picture_;
-    std::string view_ = "front";
+    PictureOptions view_;
+    std::vector<double> range_;
     std::string summary_file_;
     std::string solver_ = "auto";
     double tolerance_ = 1e-10;

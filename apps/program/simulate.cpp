@@ -2,7 +2,9 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace beltrami::program {
 
@@ -34,6 +36,59 @@ double extent(const Mesh& mesh) {
     return mesh.cell_count() > 0 ? 0.5 * (upper - lower).norm() : 0.0;
 }
 
+namespace {
+
+// Six moments of a simulation on one colour scale.
+class Sheet {
+  public:
+    explicit Sheet(int steps) : steps_(steps) {}
+
+    void add(const Frame& frame) {
+        const int last = static_cast<int>(moments_.size());
+        if (frame.step > 0 && frame.step * moments >= (last + 1) * steps_) moments_.push_back({frame.time, frame.u});
+    }
+
+    [[nodiscard]] Image draw(const Mesh& mesh, PictureOptions options) const {
+        if (!options.range) options.range = range();
+        options.width /= 2;
+        options.height /= 2;
+        std::vector<Image> images;
+        for (const Moment& moment : moments_) {
+            options.title = fmt::format("t = {:.3g}", moment.time);
+            images.push_back(beltrami::draw(mesh, &moment.u, options));
+        }
+        return side_by_side(images, 3);
+    }
+
+  private:
+    static constexpr int moments = 6;
+    struct Moment {
+        double time;
+        Block u;
+    };
+
+    // The few values near a point source or impulse are far above all others: the scale ends at the 99th percentile.
+    [[nodiscard]] std::optional<std::pair<double, double>> range() const {
+        std::vector<double> sizes;
+        double low = 0.0;
+        for (const Moment& moment : moments_) {
+            for (const double value : moment.u.reshaped()) {
+                sizes.push_back(std::abs(value));
+                low = std::min(low, value);
+            }
+        }
+        const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(sizes.size() - 1));
+        std::nth_element(sizes.begin(), at, sizes.end());
+        if (*at == 0.0) return std::nullopt;
+        return std::pair{low < 0.0 ? -*at : 0.0, *at};
+    }
+
+    int steps_;
+    std::vector<Moment> moments_;
+};
+
+}  // namespace
+
 void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, double default_time,
                     const std::function<Evolution(const EvolveOptions&)>& simulate) {
     if (options.every < 1) throw InputError(fmt::format("--every {}", options.every), "keep each step, or each N-th");
@@ -46,14 +101,15 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
         if (name(method) == options.method) evolve.method = method;
     }
     std::optional<SeriesWriter> series;
-    if (!options.series.empty()) {
-        series.emplace(options.series);
-        // The geometry once for each step, the file's own fields only in -o.
-        const Mesh bare(mesh.points(), mesh.cells());
-        evolve.on_frame = [&options, &series, &evolve, bare](const Frame& frame) {
-            if (frame.step % options.every == 0 || frame.step == evolve.steps) {
+    if (!options.series.empty()) series.emplace(options.series);
+    const Mesh bare(mesh.points(), mesh.cells());  // the file's own fields are in -o only, not in every step
+    Sheet sheet(evolve.steps);
+    if (series || run.wants_picture()) {
+        evolve.on_frame = [&](const Frame& frame) {
+            if (series && (frame.step % options.every == 0 || frame.step == evolve.steps)) {
                 series->add(frame.time, bare, {{"u", frame.u}});
             }
+            if (run.wants_picture()) sheet.add(frame);
         };
     }
     const Evolution evolution = [&] {
@@ -74,7 +130,7 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
     run.result()["energy_before"] = evolution.energy_before;
     run.result()["energy_after"] = evolution.energy_after;
     if (series) run.wrote(options.series);
-    run.write(mesh, {{"u", evolution.u}});
+    run.write(mesh, {{"u", evolution.u}}, [&](const PictureOptions& picture) { return sheet.draw(mesh, picture); });
     run.finish();
 }
 
