@@ -8,7 +8,9 @@ namespace beltrami {
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+std::size_t at(Index i) {
+    return static_cast<std::size_t>(i);
+}
 
 /// Row k cell + corner holds the other corners of the cell, ascending.
 Cells opposite_sides(const Cells& cells) {
@@ -17,7 +19,8 @@ Cells opposite_sides(const Cells& cells) {
     for (Eigen::Index c = 0; c < cells.rows(); ++c) {
         for (Eigen::Index corner = 0; corner < corners; ++corner) {
             auto side = sides.row(c * corners + corner);
-            for (Eigen::Index k = 0; k + 1 < corners; ++k) side[k] = cells(c, k < corner ? k : k + 1);
+            for (Eigen::Index k = 0; k + 1 < corners; ++k)
+                side[k] = cells(c, k < corner ? k : k + 1);
             std::sort(side.begin(), side.end());
         }
     }
@@ -29,8 +32,10 @@ Cells opposite_sides(const Cells& cells) {
 EqualRows::EqualRows(const Cells& rows, Index vertex_count) {
     // Buckets by first vertex are short, so sorting each is cheap.
     std::vector<Index> begin(at(vertex_count) + 1, 0);
-    for (Eigen::Index r = 0; r < rows.rows(); ++r) ++begin[at(rows(r, 0)) + 1];
-    for (std::size_t v = 0; v < at(vertex_count); ++v) begin[v + 1] += begin[v];
+    for (Eigen::Index r = 0; r < rows.rows(); ++r)
+        ++begin[at(rows(r, 0)) + 1];
+    for (std::size_t v = 0; v < at(vertex_count); ++v)
+        begin[v + 1] += begin[v];
     members_.resize(static_cast<std::size_t>(rows.rows()));
     std::vector<Index> next(begin.begin(), begin.end() - 1);
     for (Eigen::Index r = 0; r < rows.rows(); ++r) {
