@@ -1,6 +1,7 @@
 #include "beltrami/framework/sides.hpp"
 
 #include <algorithm>
+#include <compare>
 
 #include "beltrami/framework/cell_geometry.hpp"
 
@@ -45,7 +46,7 @@ EqualRows::EqualRows(const Cells& rows, Index vertex_count) {
     const auto less = [&](Index a, Index b) {
         const auto order = std::lexicographical_compare_three_way(key(a), key(a) + rows.cols(), key(b),
                                                                   key(b) + rows.cols());
-        return order < 0 || (order == 0 && a < b);
+        return std::is_lt(order) || (std::is_eq(order) && a < b);
     };
     for (std::size_t v = 0; v < at(vertex_count); ++v) {
         const auto first = members_.begin() + begin[v];
