@@ -10,11 +10,16 @@
 namespace beltrami {
 
 double signed_measure(const Mesh& mesh, Index cell) {
-    const auto corner = [&](int k) -> Vector3 { return mesh.points().row(mesh.cells()(cell, k)).transpose(); };
+    const auto corner = [&](int k) -> Vector3 {
+        return mesh.points().row(mesh.cells()(cell, k)).transpose();
+    };
     switch (mesh.kind()) {
-        case CellKind::point: return 0.0;
-        case CellKind::segment: return (corner(1) - corner(0)).norm();
-        case CellKind::triangle: return 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
+        case CellKind::point:
+            return 0.0;
+        case CellKind::segment:
+            return (corner(1) - corner(0)).norm();
+        case CellKind::triangle:
+            return 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).norm();
         case CellKind::tetrahedron:
             return (corner(1) - corner(0)).cross(corner(2) - corner(0)).dot(corner(3) - corner(0)) / 6.0;
     }
@@ -23,7 +28,8 @@ double signed_measure(const Mesh& mesh, Index cell) {
 
 Vector cell_measures(const Mesh& mesh) {
     Vector measures(mesh.cell_count());
-    for (Index c = 0; c < mesh.cell_count(); ++c) measures[c] = std::abs(signed_measure(mesh, c));
+    for (Index c = 0; c < mesh.cell_count(); ++c)
+        measures[c] = std::abs(signed_measure(mesh, c));
     return measures;
 }
 
@@ -32,7 +38,8 @@ double longest_edge(const Mesh& mesh, Index cell) {
     const Eigen::Index corners = mesh.cells().cols();
     for (Eigen::Index a = 0; a < corners; ++a) {
         for (Eigen::Index b = a + 1; b < corners; ++b) {
-            const auto edge = mesh.points().row(mesh.cells()(cell, a)) - mesh.points().row(mesh.cells()(cell, b));
+            const auto edge =
+                mesh.points().row(mesh.cells()(cell, a)) - mesh.points().row(mesh.cells()(cell, b));
             longest = std::max(longest, edge.norm());
         }
     }
@@ -52,7 +59,8 @@ bool names_a_vertex_twice(const Mesh& mesh, Index cell) {
 bool is_degenerate(const Mesh& mesh, Index cell) {
     if (names_a_vertex_twice(mesh, cell)) return true;
     const double length = longest_edge(mesh, cell);
-    return std::abs(signed_measure(mesh, cell)) <= 1e-12 * std::pow(length, static_cast<double>(mesh.cells().cols() - 1));
+    return std::abs(signed_measure(mesh, cell)) <=
+           1e-12 * std::pow(length, static_cast<double>(mesh.cells().cols() - 1));
 }
 
 Vector edge_lengths(const EdgeGraph& graph, const Points& points) {

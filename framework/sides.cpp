@@ -1,6 +1,7 @@
 #include "beltrami/framework/sides.hpp"
 
 #include <algorithm>
+#include <compare>
 
 #include "beltrami/framework/cell_geometry.hpp"
 
@@ -8,7 +9,9 @@ namespace beltrami {
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+std::size_t at(Index i) {
+    return static_cast<std::size_t>(i);
+}
 
 /// Row k cell + corner holds the other corners of the cell, ascending.
 Cells opposite_sides(const Cells& cells) {
@@ -17,7 +20,8 @@ Cells opposite_sides(const Cells& cells) {
     for (Eigen::Index c = 0; c < cells.rows(); ++c) {
         for (Eigen::Index corner = 0; corner < corners; ++corner) {
             auto side = sides.row(c * corners + corner);
-            for (Eigen::Index k = 0; k + 1 < corners; ++k) side[k] = cells(c, k < corner ? k : k + 1);
+            for (Eigen::Index k = 0; k + 1 < corners; ++k)
+                side[k] = cells(c, k < corner ? k : k + 1);
             std::sort(side.begin(), side.end());
         }
     }
@@ -29,8 +33,10 @@ Cells opposite_sides(const Cells& cells) {
 EqualRows::EqualRows(const Cells& rows, Index vertex_count) {
     // Buckets by first vertex are short, so sorting each is cheap.
     std::vector<Index> begin(at(vertex_count) + 1, 0);
-    for (Eigen::Index r = 0; r < rows.rows(); ++r) ++begin[at(rows(r, 0)) + 1];
-    for (std::size_t v = 0; v < at(vertex_count); ++v) begin[v + 1] += begin[v];
+    for (Eigen::Index r = 0; r < rows.rows(); ++r)
+        ++begin[at(rows(r, 0)) + 1];
+    for (std::size_t v = 0; v < at(vertex_count); ++v)
+        begin[v + 1] += begin[v];
     members_.resize(static_cast<std::size_t>(rows.rows()));
     std::vector<Index> next(begin.begin(), begin.end() - 1);
     for (Eigen::Index r = 0; r < rows.rows(); ++r) {
@@ -40,7 +46,7 @@ EqualRows::EqualRows(const Cells& rows, Index vertex_count) {
     const auto less = [&](Index a, Index b) {
         const auto order = std::lexicographical_compare_three_way(key(a), key(a) + rows.cols(), key(b),
                                                                   key(b) + rows.cols());
-        return order < 0 || (order == 0 && a < b);
+        return std::is_lt(order) || (std::is_eq(order) && a < b);
     };
     for (std::size_t v = 0; v < at(vertex_count); ++v) {
         const auto first = members_.begin() + begin[v];

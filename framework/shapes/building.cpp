@@ -17,7 +17,8 @@ void require_at_least(std::string_view what, std::int64_t value, std::int64_t le
 
 void require_positive(std::string_view what, double value) {
     if (!(value > 0.0 && std::isfinite(value))) {
-        throw InputError(fmt::format("the {} of a shape cannot be {}", what, value), "give a positive number");
+        throw InputError(fmt::format("the {} of a shape cannot be {}", what, value),
+                         "give a positive number");
     }
 }
 
@@ -62,14 +63,16 @@ double Random::uniform() {
 }
 
 Index Random::below(Index count) {
-    return static_cast<Index>((static_cast<std::uint64_t>(engine_()) * static_cast<std::uint64_t>(count)) >> 32U);
+    return static_cast<Index>((static_cast<std::uint64_t>(engine_()) * static_cast<std::uint64_t>(count)) >>
+                              32U);
 }
 
 Vector3 Random::in_unit(int dimensions) {
     while (true) {
         // One by one: the order in which a call's arguments are evaluated is not fixed.
         Vector3 p = Vector3::Zero();
-        for (int k = 0; k < dimensions; ++k) p[k] = 2.0 * uniform() - 1.0;
+        for (int k = 0; k < dimensions; ++k)
+            p[k] = 2.0 * uniform() - 1.0;
         if (p.squaredNorm() <= 1.0) return p;
     }
 }

@@ -37,7 +37,8 @@ std::vector<Bump> random_bumps(Random& random, int count, double narrowest, doub
 
 double sum_at(const std::vector<Bump>& bumps, const Vector3& p) {
     double sum = 0.0;
-    for (const Bump& bump : bumps) sum += bump.at(p);
+    for (const Bump& bump : bumps)
+        sum += bump.at(p);
     return sum;
 }
 
@@ -65,7 +66,8 @@ Mesh bumpy_sphere(Index vertices, std::uint32_t seed) {
     }
     sort_along_curve(points);
     Cells cells = triangulate_sphere(points);
-    for (auto p : points.rowwise()) p *= 1.0 + sum_at(hills, p.transpose());
+    for (auto p : points.rowwise())
+        p *= 1.0 + sum_at(hills, p.transpose());
     return {std::move(points), std::move(cells)};
 }
 

@@ -164,8 +164,10 @@ bool parse(std::string_view text, Values& values) {
 
 bool parse(Argument kind, std::string_view text, Values& values) {
     switch (kind) {
-        case Argument::whole: return parse<int>(text, values);
-        case Argument::length: return parse<double>(text, values);
+        case Argument::whole:
+            return parse<int>(text, values);
+        case Argument::length:
+            return parse<double>(text, values);
         case Argument::whole_pair: {
             const auto parts = split(text, 'x');
             return parts.size() == 2 && parse<int>(parts[0], values) && parse<int>(parts[1], values);
@@ -176,9 +178,12 @@ bool parse(Argument kind, std::string_view text, Values& values) {
 
 std::string_view described(Argument kind) {
     switch (kind) {
-        case Argument::whole: return "a whole number";
-        case Argument::length: return "a number";
-        case Argument::whole_pair: return "two whole numbers like 20x10";
+        case Argument::whole:
+            return "a whole number";
+        case Argument::length:
+            return "a number";
+        case Argument::whole_pair:
+            return "two whole numbers like 20x10";
     }
     return {};
 }
@@ -191,14 +196,15 @@ Mesh from_name(std::string_view name) {
     const auto shape = std::ranges::find(table, texts.front(), &Shape::name);
     if (shape == table.end()) {
         std::string known;
-        for (const Shape& other : table) known += (known.empty() ? "" : ", ") + form(other);
+        for (const Shape& other : table)
+            known += (known.empty() ? "" : ", ") + form(other);
         throw InputError(fmt::format("there is no shape '{}'", texts.front()), "the shapes are " + known);
     }
     const std::string hint = fmt::format("write {}, for example {}", form(*shape), shape->example);
     texts.erase(texts.begin());
     if (texts.size() > shape->parameters.size()) {
-        throw InputError(fmt::format("shape '{}' has {} arguments, but {} takes at most {}", name, texts.size(),
-                                     shape->name, shape->parameters.size()),
+        throw InputError(fmt::format("shape '{}' has {} arguments, but {} takes at most {}", name,
+                                     texts.size(), shape->name, shape->parameters.size()),
                          hint);
     }
     Values values;
@@ -213,9 +219,9 @@ Mesh from_name(std::string_view name) {
         } else if (parameter.otherwise) {
             values.add(*parameter.otherwise);
         } else {
-            throw InputError(fmt::format("shape '{}' lacks {}, {}", name, parameter.form,
-                                         described(parameter.kind)),
-                             hint);
+            throw InputError(
+                fmt::format("shape '{}' lacks {}, {}", name, parameter.form, described(parameter.kind)),
+                hint);
         }
     }
     return shape->make(values);
@@ -223,7 +229,8 @@ Mesh from_name(std::string_view name) {
 
 std::string list() {
     std::size_t width = 0;
-    for (const Shape& shape : shape_table()) width = std::max(width, form(shape).size());
+    for (const Shape& shape : shape_table())
+        width = std::max(width, form(shape).size());
     std::string text;
     for (const Shape& shape : shape_table()) {
         text += fmt::format("{:<{}}  {}\n", form(shape), width, shape.about);

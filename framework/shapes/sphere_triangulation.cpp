@@ -22,15 +22,17 @@ using Triangulation = CGAL::Delaunay_triangulation_2<
 void sort_along_curve(Points& points) {
     std::vector<Kernel::Point_3> sorted;
     sorted.reserve(static_cast<std::size_t>(points.rows()) - 1);
-    for (Eigen::Index i = 1; i < points.rows(); ++i) sorted.emplace_back(points(i, 0), points(i, 1), points(i, 2));
+    for (Eigen::Index i = 1; i < points.rows(); ++i)
+        sorted.emplace_back(points(i, 0), points(i, 1), points(i, 2));
     CGAL::hilbert_sort(sorted.begin(), sorted.end());
     Eigen::Index row = 0;
-    for (const Kernel::Point_3& p : sorted) points.row(++row) << p.x(), p.y(), p.z();
+    for (const Kernel::Point_3& p : sorted)
+        points.row(++row) << p.x(), p.y(), p.z();
 }
 
 Cells triangulate_sphere(const Points& points) {
-    // Stereographic projection from the pole takes circles to circles: the hull's triangles that avoid the pole are the
-    // Delaunay triangles of the plane, and the plane's vertex at infinity is the pole.
+    // Stereographic projection from the pole takes circles to circles: the hull's triangles that avoid the
+    // pole are the Delaunay triangles of the plane, and the plane's vertex at infinity is the pole.
     std::vector<std::pair<Kernel::Point_2, Index>> plane;
     plane.reserve(static_cast<std::size_t>(points.rows()) - 1);
     for (Eigen::Index i = 1; i < points.rows(); ++i) {

@@ -43,7 +43,8 @@ Mesh icosahedron() {
 Mesh tetrahedron() {
     MeshBuilder builder;
     const double s = 1.0 / std::sqrt(3.0);
-    for (const Vector3& corner : {Vector3(s, s, s), Vector3(s, -s, -s), Vector3(-s, s, -s), Vector3(-s, -s, s)}) {
+    for (const Vector3& corner :
+         {Vector3(s, s, s), Vector3(s, -s, -s), Vector3(-s, s, -s), Vector3(-s, -s, s)}) {
         builder.vertex(corner);
     }
     builder.cell({0, 1, 2});
@@ -51,6 +52,10 @@ Mesh tetrahedron() {
     builder.cell({0, 3, 1});
     builder.cell({1, 3, 2});
     return builder.mesh();
+}
+
+double icosphere_size(int levels) {
+    return 10.0 * std::pow(4.0, levels) + 2.0;
 }
 
 /// Each triangle in four, by the middles of the edges pushed to the unit sphere.
@@ -94,10 +99,12 @@ Mesh geodesic(const Mesh& polyhedron, int frequency, double radius) {
         unit.push_back(position);
         return builder.vertex(radius * position);
     };
-    for (Index v = 0; v < polyhedron.vertex_count(); ++v) add(corner(v));
+    for (Index v = 0; v < polyhedron.vertex_count(); ++v)
+        add(corner(v));
     for (Index v = 0; v < polyhedron.vertex_count(); ++v) {
         for (const auto [w, edge] : graph.neighbours(v)) {
-            for (int k = 1; v < w && k < frequency; ++k) add(along_arc(corner(v), corner(w), double(k) / frequency));
+            for (int k = 1; v < w && k < frequency; ++k)
+                add(along_arc(corner(v), corner(w), double(k) / frequency));
         }
     }
     // Vertex k steps of the way from v to w.
@@ -139,9 +146,10 @@ Mesh geodesic(const Mesh& polyhedron, int frequency, double radius) {
 Mesh icosphere(int levels, double radius) {
     require_at_least("levels", levels, 0);
     require_positive("radius", radius);
-    require_size(10.0 * std::pow(4.0, levels) + 2.0);
+    require_size(icosphere_size(levels));
     Mesh sphere = icosahedron();
-    for (int level = 0; level < levels; ++level) sphere = split_in_four(sphere);
+    for (int level = 0; level < levels; ++level)
+        sphere = split_in_four(sphere);
     return sphere.with_points(radius * sphere.points());
 }
 
@@ -170,14 +178,18 @@ Mesh latlong_sphere(int rings, double radius) {
     return builder.mesh();
 }
 
-Mesh geodesic_icosahedron(int frequency, double radius) { return geodesic(icosahedron(), frequency, radius); }
+Mesh geodesic_icosahedron(int frequency, double radius) {
+    return geodesic(icosahedron(), frequency, radius);
+}
 
-Mesh geodesic_tetrahedron(int frequency, double radius) { return geodesic(tetrahedron(), frequency, radius); }
+Mesh geodesic_tetrahedron(int frequency, double radius) {
+    return geodesic(tetrahedron(), frequency, radius);
+}
 
 Mesh pinched_spheres(int levels) {
+    require_size(2.0 * icosphere_size(levels) - 1.0);
     const Mesh sphere = icosphere(levels);
     const Index n = sphere.vertex_count();
-    require_size(2.0 * n - 1.0);
     // The upper sphere's south pole is the lower one's north pole, vertex 0.
     const auto upper = [&](Index v) { return v == south_pole ? 0 : n + v - (v > south_pole ? 1 : 0); };
     Points points(2 * n - 1, 3);

@@ -19,9 +19,11 @@ Mesh grid(int nx, int ny, double width, double height, bool alternate) {
     require_size((nx + 1.0) * (ny + 1.0));
     MeshBuilder builder;
     for (int j = 0; j <= ny; ++j) {
-        for (int i = 0; i <= nx; ++i) builder.vertex({width * i / nx, height * j / ny, 0.0});
+        for (int i = 0; i <= nx; ++i)
+            builder.vertex({width * i / nx, height * j / ny, 0.0});
     }
-    builder.sheet(nx, ny, [&](int i, int j) { return j * (nx + 1) + i; }, alternate);
+    builder.sheet(
+        nx, ny, [&](int i, int j) { return j * (nx + 1) + i; }, alternate);
     return builder.mesh();
 }
 
@@ -81,7 +83,8 @@ Mesh torus(double major_radius, double minor_radius, int nu, int nv) {
 Mesh genus(int holes, int subdivisions) {
     require_at_least("holes", holes, 0);
     require_at_least("subdivisions", subdivisions, 1);
-    const double squares = 2.0 * (3.0 * (2.0 * holes + 1.0) - holes) + 2.0 * (2.0 * holes + 4.0) + 4.0 * holes;
+    const double squares =
+        2.0 * (3.0 * (2.0 * holes + 1.0) - holes) + 2.0 * (2.0 * holes + 4.0) + 4.0 * holes;
     require_size(squares * subdivisions * subdivisions + 2.0 - 2.0 * holes);
     using Lattice = std::array<int, 3>;
     const Lattice cubes{2 * holes + 1, 3, 1};
@@ -95,7 +98,8 @@ Mesh genus(int holes, int subdivisions) {
     std::unordered_map<std::int64_t, Index> numbers;
     const auto vertex = [&](const Lattice& place) {
         std::int64_t key = 0;
-        for (std::size_t k = 0; k < 3; ++k) key = key * (std::int64_t{cubes[k]} * subdivisions + 1) + place[k];
+        for (std::size_t k = 0; k < 3; ++k)
+            key = key * (std::int64_t{cubes[k]} * subdivisions + 1) + place[k];
         const auto [found, is_new] = numbers.try_emplace(key, static_cast<Index>(numbers.size()));
         if (is_new) {
             Vector3 position;
@@ -115,7 +119,8 @@ Mesh genus(int holes, int subdivisions) {
         const std::size_t v = (axis + (step > 0 ? 2U : 1U)) % 3;
         builder.sheet(subdivisions, subdivisions, [&](int i, int j) {
             Lattice place;
-            for (std::size_t k = 0; k < 3; ++k) place[k] = cube[k] * subdivisions;
+            for (std::size_t k = 0; k < 3; ++k)
+                place[k] = cube[k] * subdivisions;
             if (step > 0) place[axis] += subdivisions;
             place[u] += i;
             place[v] += j;
@@ -170,7 +175,8 @@ Mesh fins(int fins, int n) {
     require_at_least("squares along a fin", n, 1);
     require_size((1.0 + double(fins) * n) * (n + 1.0));
     MeshBuilder builder;
-    for (int j = 0; j <= n; ++j) builder.vertex({0.0, 0.0, double(j) / n});
+    for (int j = 0; j <= n; ++j)
+        builder.vertex({0.0, 0.0, double(j) / n});
     for (int fin = 0; fin < fins; ++fin) {
         const double angle = 2.0 * pi * fin / fins;
         const Index first = n + 1 + fin * n * (n + 1);

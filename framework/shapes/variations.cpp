@@ -33,7 +33,8 @@ Mesh moved(const Mesh& mesh, double amount, Displacement displacement) {
     }
     const double length = amount * mean_edge(mesh);
     Points points = mesh.points();
-    for (Index v = 0; v < mesh.vertex_count(); ++v) points.row(v) += length * displacement(v).transpose();
+    for (Index v = 0; v < mesh.vertex_count(); ++v)
+        points.row(v) += length * displacement(v).transpose();
     return mesh.with_points(std::move(points));
 }
 

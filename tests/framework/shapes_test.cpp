@@ -281,7 +281,8 @@ TEST(Shapes, RandomShapesDependOnTheirSeedAlone) {
     EXPECT_NE(shapes::shuffled(shapes::grid(5, 5), 3).new_number,
               shapes::shuffled(shapes::grid(5, 5), 4).new_number);
     // These numbers must be the same on every machine.
-    EXPECT_EQ(shapes::shuffled(shapes::circle(8), 1).new_number, (std::vector<Index>{1, 2, 7, 0, 5, 4, 6, 3}));
+    EXPECT_EQ(shapes::shuffled(shapes::circle(8), 1).new_number,
+              (std::vector<Index>{1, 2, 7, 0, 5, 4, 6, 3}));
 }
 
 TEST(Shapes, NoiseIsBoundedByTheMeanEdge) {
