@@ -165,7 +165,7 @@ double radius_for(const Mesh& mesh, const Shape& shape, int width, int height) {
     if (mesh.kind() != CellKind::point) return line;
     // Balls so large that those of a closed surface hide the ones behind it.
     const double count = std::max<double>(1.0, static_cast<double>(shape.vertices.size()));
-    return std::clamp(0.8 * std::sqrt(0.5 * width * height / count), line, size / 60.0);
+    return std::clamp(1.15 * std::sqrt(0.5 * width * height / count), line, size / 45.0);
 }
 
 }  // namespace
