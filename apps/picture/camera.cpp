@@ -45,7 +45,7 @@ std::optional<Vector3> direction_of(std::string_view text) {
 
 Camera camera_from(std::string_view view, std::string_view up) {
     const Camera front = front_with(up);
-    if (view == "front") return front;
+    if (view == "front") return {front.right, front.up, front.toward};
     if (view == "back") return {-front.right, front.up, -front.toward};
     if (view == "right") return {-front.toward, front.up, front.right};
     if (view == "left") return {front.toward, front.up, -front.right};

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -115,7 +116,18 @@ void to_edges(Shape& shape) {
     shape.triangles.resize(0, 3);
 }
 
-bool seen_from_the_side(const Points& positions, const std::vector<Index>& vertices) {
+bool seen_from_the_side(const Points& positions, const Cells& triangles, const std::vector<Index>& vertices) {
+    double area = 0.0;
+    double area_in_picture = 0.0;
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+        const Vector3 p = positions.row(triangles(t, 0));
+        const Vector3 q = positions.row(triangles(t, 1));
+        const Vector3 r = positions.row(triangles(t, 2));
+        const Vector3 normal = (q - p).cross(r - p);
+        area += normal.norm();
+        area_in_picture += std::abs(normal.z());
+    }
+    if (area_in_picture <= 1e-4 * area) return true;
     constexpr double infinity = std::numeric_limits<double>::infinity();
     Eigen::Array2d low(infinity, infinity);
     Eigen::Array2d high = -low;
@@ -153,7 +165,7 @@ double radius_for(const Mesh& mesh, const Shape& shape, int width, int height) {
     if (mesh.kind() != CellKind::point) return line;
     // Balls so large that those of a closed surface hide the ones behind it.
     const double count = std::max<double>(1.0, static_cast<double>(shape.vertices.size()));
-    return std::clamp(0.8 * std::sqrt(0.5 * width * height / count), line, size / 60.0);
+    return std::clamp(1.15 * std::sqrt(0.5 * width * height / count), line, size / 45.0);
 }
 
 }  // namespace
@@ -189,7 +201,8 @@ Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) 
     const double radius = radius_for(mesh, shape, width, height);
     const double margin = 0.05 * std::min(width, height) + (shape.capsules.rows() > 0 ? radius : 0.0);
     const Points positions = fit(mesh.points(), shape.vertices, camera, width, height, margin);
-    if (shape.triangles.rows() > 0 && seen_from_the_side(positions, shape.vertices)) to_edges(shape);
+    if (shape.triangles.rows() > 0 && seen_from_the_side(positions, shape.triangles, shape.vertices))
+        to_edges(shape);
     const Paint paint = paint_for(field, scale, shape.capsules.rows() > 0);
     const double edge_width = options.edges ? std::max(1.0, std::min(width, height) / 800.0) : 0.0;
     std::vector<CornerNormals> normals = corner_normals(positions, shape.triangles);

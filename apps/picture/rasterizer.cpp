@@ -54,8 +54,8 @@ class Band {
     void put(std::size_t place, float depth, const Colour& colour, float light) {
         depth_[place] = depth;
         for (std::size_t k = 0; k < 3; ++k) {
-            const float c = std::clamp(colour[k] * light, 0.0F, 1.0F);
-            colour_[3 * place + k] = static_cast<std::uint8_t>(255.0F * c + 0.5F);
+            const float rounded = 0.5F + 255.0F * std::clamp(colour[k] * light, 0.0F, 1.0F);
+            colour_[3 * place + k] = static_cast<std::uint8_t>(rounded);
         }
     }
 
