@@ -15,22 +15,20 @@ Constraints::Constraints(Index columns) : columns_(columns) {
 }
 
 Constraints::Constraints(std::initializer_list<std::pair<Index, double>> values) : columns_(1) {
-    for (const auto& [v, value] : values)
-        add(v, value);
+    for (const auto& [v, value] : values) add(v, value);
 }
 
 void Constraints::fix(Index v, std::span<const double> value) {
     if (v < 0) throw InputError(fmt::format("there is no vertex {}", v), "vertices are numbered from 0");
     if (value.size() != static_cast<std::size_t>(columns_)) {
-        throw InputError(fmt::format("vertex {} is held at {} numbers, but the field has {} columns", v,
-                                     value.size(), columns_));
+        throw InputError(fmt::format("vertex {} is held at {} numbers, but the field has {} columns", v, value.size(),
+                                     columns_));
     }
     if (!std::all_of(value.begin(), value.end(), [](double x) { return std::isfinite(x); })) {
         throw InputError(fmt::format("vertex {} is held at a value that is not a finite number", v));
     }
     const auto vertex = static_cast<std::size_t>(v);
-    if (slot_of_vertex_.size() <= vertex)
-        slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
+    if (slot_of_vertex_.size() <= vertex) slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
     Index& slot = slot_of_vertex_[vertex];
     // `value` may be the value of another held vertex, which growing would move.
     const std::vector<double> kept(value.begin(), value.end());
@@ -78,9 +76,8 @@ std::span<const double> Constraints::value(Index v) const {
 void Constraints::check_range(Index vertex_count) const {
     for (const Index v : vertices_) {
         if (v >= vertex_count) {
-            throw InputError(
-                fmt::format("there is no vertex {}: the vertices are 0 to {}", v, vertex_count - 1),
-                "vertex numbers are those of the file, from 0");
+            throw InputError(fmt::format("there is no vertex {}: the vertices are 0 to {}", v, vertex_count - 1),
+                             "vertex numbers are those of the file, from 0");
         }
     }
 }
