@@ -30,12 +30,14 @@ void Constraints::fix(Index v, std::span<const double> value) {
     const auto vertex = static_cast<std::size_t>(v);
     if (slot_of_vertex_.size() <= vertex) slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
     Index& slot = slot_of_vertex_[vertex];
+    // `value` may be the value of another held vertex, which growing would move.
+    const std::vector<double> kept(value.begin(), value.end());
     if (slot < 0) {
         slot = size();
         vertices_.push_back(v);
-        values_.insert(values_.end(), value.begin(), value.end());
+        values_.insert(values_.end(), kept.begin(), kept.end());
     } else {
-        std::copy(value.begin(), value.end(), values_.begin() + std::ptrdiff_t{slot} * columns_);
+        std::copy(kept.begin(), kept.end(), values_.begin() + std::ptrdiff_t{slot} * columns_);
     }
 }
 
@@ -66,7 +68,8 @@ void Constraints::free(Index v) {
 }
 
 std::span<const double> Constraints::value(Index v) const {
-    const Index slot = slot_of_vertex_.at(static_cast<std::size_t>(v));
+    if (!is_fixed(v)) throw InputError(fmt::format("vertex {} is not held at any value", v));
+    const Index slot = slot_of_vertex_[static_cast<std::size_t>(v)];
     return {values_.data() + std::ptrdiff_t{slot} * columns_, static_cast<std::size_t>(columns_)};
 }
 
@@ -80,6 +83,12 @@ void Constraints::check_range(Index vertex_count) const {
 }
 
 void Constraints::impose(Block& field) const {
+    if (empty()) return;
+    check_range(static_cast<Index>(field.rows()));
+    if (field.cols() != columns_) {
+        throw InputError(fmt::format("vertices are held at {} numbers, but the field has {} columns",
+                                     columns_, field.cols()));
+    }
     for (const Index v : vertices_) {
         field.row(v) = Eigen::Map<const Eigen::RowVectorXd>(value(v).data(), columns_);
     }

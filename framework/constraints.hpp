@@ -40,7 +40,8 @@ class Constraints {
         return static_cast<std::size_t>(v) < slot_of_vertex_.size() &&
                slot_of_vertex_[static_cast<std::size_t>(v)] >= 0;
     }
-    /// The columns() numbers of a held vertex.
+    /// The columns() numbers of a held vertex; valid until constraints change. Throws InputError for a free
+    /// one.
     [[nodiscard]] std::span<const double> value(Index v) const;
 
     /// The held vertices, in no particular order.
@@ -52,7 +53,8 @@ class Constraints {
     /// Throws InputError that names the first held vertex >= vertex_count.
     void check_range(Index vertex_count) const;
 
-    /// Writes the held values into the rows of a field (n x columns).
+    /// Writes the held values into the rows of a field (n x columns). Throws InputError for another number of
+    /// columns and for held vertices that are not rows of the field.
     void impose(Block& field) const;
 
   private:

@@ -92,6 +92,17 @@ Index EdgeGraph::find_edge(Index a, Index b) const {
     return found != last && *found == b ? static_cast<Index>(found - upper_.begin()) : Index{-1};
 }
 
+Index EdgeGraph::require_edge(Index a, Index b) const {
+    const bool in_range = std::min(a, b) >= 0 && std::max(a, b) < vertex_count();
+    const Index edge = in_range ? find_edge(a, b) : -1;
+    if (edge < 0) {
+        throw InputError(
+            fmt::format("a graph of {} vertices has no edge between {} and {}", vertex_count(), a, b),
+            "make the graph of the mesh that it is used with");
+    }
+    return edge;
+}
+
 Index EdgeGraph::bandwidth() const {
     Index widest = 0;
     for (Index i = 0; i < vertex_count(); ++i) {

@@ -49,6 +49,8 @@ class EdgeGraph {
 
     /// The edge between a and b, or -1.
     [[nodiscard]] Index find_edge(Index a, Index b) const;
+    /// The same, but throws InputError where there is no such edge or no such vertex.
+    [[nodiscard]] Index require_edge(Index a, Index b) const;
 
     /// The largest |i - j| over the edges.
     [[nodiscard]] Index bandwidth() const;

@@ -19,6 +19,10 @@ namespace {
 
 // Row i of the result is row source[i] of the block.
 Block gather_rows(const Block& block, const std::vector<Index>& source) {
+    if (block.rows() != static_cast<Eigen::Index>(source.size())) {
+        throw InputError(fmt::format("a field of {} rows for {} vertices", block.rows(), source.size()),
+                         "give one row a vertex");
+    }
     Block gathered(block.rows(), block.cols());
     for (std::size_t i = 0; i < source.size(); ++i) {
         gathered.row(static_cast<Eigen::Index>(i)) = block.row(source[i]);

@@ -26,7 +26,7 @@ class Renumbering {
     [[nodiscard]] Index working(Index user_vertex) const { return working_[static_cast<std::size_t>(user_vertex)]; }
     [[nodiscard]] Index user(Index working_vertex) const { return user_[static_cast<std::size_t>(working_vertex)]; }
 
-    /// Rows of an n x k block, permuted.
+    /// Rows of an n x k block, permuted. Throws InputError for another number of rows.
     [[nodiscard]] Block to_working(const Block& user_values) const;
     [[nodiscard]] Block to_user(const Block& working_values) const;
 

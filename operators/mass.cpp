@@ -78,11 +78,12 @@ EdgeOperator<double> consistent_mass(const Mesh& mesh, std::shared_ptr<const Edg
         const double entry =
             std::abs(signed_measure(mesh, c)) / (static_cast<double>(corners) * static_cast<double>(corners + 1));
         for (Eigen::Index a = 0; a < corners; ++a) {
-            diagonal[mesh.cells()(c, a)] += 2.0 * entry;
             for (Eigen::Index b = a + 1; b < corners; ++b) {
-                edges[graph->find_edge(mesh.cells()(c, a), mesh.cells()(c, b))] += entry;
+                edges[graph->require_edge(mesh.cells()(c, a), mesh.cells()(c, b))] += entry;
             }
         }
+        for (Eigen::Index a = 0; a < corners; ++a)
+            diagonal[mesh.cells()(c, a)] += 2.0 * entry;
     }
     return {std::move(graph), std::move(diagonal), std::move(edges)};
 }

@@ -23,7 +23,7 @@ enum class Mass {
 Vector lumped_mass(const Mesh& mesh, Mass kind = Mass::barycentric);
 
 /// integral of (hat i)(hat j): measure / ((d + 1)(d + 2)) off the diagonal and twice that on it, for cells of dimension
-/// d. Throws InputError for a mesh of points.
+/// d. Throws InputError for a mesh of points and a graph without the mesh's edges.
 EdgeOperator<double> consistent_mass(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
 }  // namespace beltrami

@@ -44,7 +44,7 @@ EdgeOperator<double> assemble(const Mesh& mesh, std::shared_ptr<const EdgeGraph>
             for (Eigen::Index b = a + 1; b < corners; ++b) {
                 const Index i = mesh.cells()(c, a);
                 const Index j = mesh.cells()(c, b);
-                edges[graph->find_edge(i, j)] += local(a, b);
+                edges[graph->require_edge(i, j)] += local(a, b);
                 diagonal[i] -= local(a, b);
                 diagonal[j] -= local(a, b);
             }
@@ -57,6 +57,11 @@ void require(const Mesh& mesh, CellKind kind, const char* what) {
     if (mesh.kind() != kind) {
         throw InputError(fmt::format("{} needs {}, but the mesh has {}", what, plural(kind), plural(mesh.kind())));
     }
+}
+
+[[noreturn]] void refuse_points() {
+    throw InputError("the mesh is points alone: an operator needs segments, triangles or tetrahedra",
+                     "triangulate the points first");
 }
 
 }  // namespace
@@ -79,11 +84,11 @@ EdgeOperator<double> stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph
             return assemble(mesh, std::move(graph), [&](Index c) { return gradient_element(mesh, c); });
         case CellKind::point: break;
     }
-    throw InputError("the mesh is points alone: an operator needs segments, triangles or tetrahedra",
-                     "triangulate the points first");
+    refuse_points();
 }
 
 EdgeOperator<double> area_weighted_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph) {
+    if (mesh.kind() == CellKind::point) refuse_points();
     return assemble(mesh, std::move(graph), [&](Index c) -> ElementMatrix {
         return std::abs(signed_measure(mesh, c)) * gradient_element(mesh, c);
     });
