@@ -3,6 +3,7 @@
 
 #include "beltrami/apps/heat/heat.hpp"
 #include "beltrami/apps/interpolate/interpolate.hpp"
+#include "beltrami/apps/picture/picture.hpp"
 #include "beltrami/apps/poisson/poisson.hpp"
 #include "beltrami/apps/wave/wave.hpp"
 #include "beltrami/framework/boundary.hpp"

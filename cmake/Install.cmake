@@ -7,8 +7,9 @@ foreach(room framework operators solvers apps)
     PATTERN "formats" EXCLUDE PATTERN "program" EXCLUDE)
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/apps/beltrami.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami")
-install(TARGETS beltrami_framework beltrami_operators beltrami_solvers beltrami_apps beltrami_all beltrami
+install(TARGETS beltrami_framework beltrami_operators beltrami_solvers beltrami_apps beltrami_all
   EXPORT BeltramiTargets)
+install(TARGETS beltrami)
 
 set(destination "${CMAKE_INSTALL_LIBDIR}/cmake/Beltrami")
 install(EXPORT BeltramiTargets NAMESPACE Beltrami:: DESTINATION "${destination}")

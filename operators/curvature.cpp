@@ -15,7 +15,8 @@ namespace beltrami {
 
 MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, CurvatureCorrection correction) {
     if (mesh.kind() != CellKind::triangle) {
-        throw InputError(fmt::format("mean curvature needs triangles, but the mesh has {}", plural(mesh.kind())));
+        throw InputError(fmt::format("mean curvature needs triangles, but the mesh has {}", plural(mesh.kind())),
+                         "give the surface of the solid as triangles");
     }
     Vector area = Vector::Zero(mesh.vertex_count());
     Points normal = Points::Zero(mesh.vertex_count(), 3);

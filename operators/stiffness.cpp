@@ -55,7 +55,8 @@ EdgeOperator<double> assemble(const Mesh& mesh, std::shared_ptr<const EdgeGraph>
 
 void require(const Mesh& mesh, CellKind kind, const char* what) {
     if (mesh.kind() != kind) {
-        throw InputError(fmt::format("{} needs {}, but the mesh has {}", what, plural(kind), plural(mesh.kind())));
+        throw InputError(fmt::format("{} needs {}, but the mesh has {}", what, plural(kind), plural(mesh.kind())),
+                         "stiffness() takes cells of any kind");
     }
 }
 

@@ -14,7 +14,6 @@
 #include <string>
 #include <vector>
 
-#include "beltrami/apps/picture/picture.hpp"
 #include "beltrami/beltrami.hpp"
 
 namespace beltrami::program {

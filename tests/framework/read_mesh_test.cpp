@@ -41,7 +41,7 @@ std::string bytes_of(const fs::path& path) {
 }
 
 fs::path data_folder() {
-    return fs::path(__FILE__).parent_path().parent_path() / "data";
+    return fs::path(BELTRAMI_TEST_DATA);
 }
 
 template <class T>
