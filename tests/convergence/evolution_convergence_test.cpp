@@ -38,8 +38,12 @@ const std::vector<Harmonic> harmonics{
 void expect_order_two(const std::vector<double>& widths, const std::vector<double>& errors,
                       const std::string& name) {
     const double order = fitted_order(widths, errors);
-    EXPECT_GE(order, 1.9) << name << fmt::format(" {}", fmt::join(errors, " "));
-    EXPECT_LE(order, 2.3) << name << fmt::format(" {}", fmt::join(errors, " "));
+    EXPECT_GE(order, 1.9) << name << fmt::format(": {}", fmt::join(errors, " "));
+    // The coarsest meshes may do better than the order; the finest two must have settled.
+    const std::size_t n = errors.size();
+    const double last = std::log(errors[n - 2] / errors[n - 1]) / std::log(widths[n - 2] / widths[n - 1]);
+    EXPECT_GE(last, 1.9) << name;
+    EXPECT_LE(last, 2.35) << name;
     ::testing::Test::RecordProperty("order_" + name, std::to_string(order));
 }
 
