@@ -194,6 +194,24 @@ TEST(ConjugateGradients, EnergyErrorIsWhatTheEstimateSays) {
     }
 }
 
+// Convergence is steady here, so digits cost iterations in proportion; waiting for the estimate's own
+// rounding does not.
+TEST(ConjugateGradients, EnergyErrorStopsWhenItIsReached) {
+    const Problem problem(shapes::grid(14, 14), 1.0, {0.1, 1e-3}, {0});
+    const Block b = random_block(problem.A.rows(), 1);
+    const Block expected = problem.exact(b, Block::Zero(b.rows(), 1));
+    std::vector<double> iterations;
+    for (const double tolerance : {1e-5, 1e-10}) {
+        Block x = Block::Zero(b.rows(), 1);
+        const CgResult result =
+            problem.solve(b, x, {.tolerance = tolerance, .norm = StoppingNorm::energy_error});
+        iterations.push_back(result.iterations);
+        EXPECT_LT(problem.energy_error(x, expected), 1.5 * tolerance);
+        EXPECT_LT(result.error, tolerance);
+    }
+    EXPECT_LT(iterations[1], 2.0 * iterations[0]);
+}
+
 TEST(ConjugateGradients, EnergyErrorIsRelativeToTheSolutionAlsoFromAGoodStart) {
     const Problem problem(shapes::grid(14, 14), 0.0, {0.0, 1.0}, {0, 14, 112, 210, 224});
     Block x = Block::Zero(problem.A.rows(), 1);
