@@ -28,7 +28,6 @@ EdgeOperator<double> tetrahedral_stiffness(const Mesh& mesh, std::shared_ptr<con
 
 /// Each K_e times the cell's area (length, volume): small cells become soft, large ones stiff (section 5.2). Throws
 /// InputError for a mesh of points.
-/// Throws InputError for a mesh of points.
 EdgeOperator<double> area_weighted_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
 /// K_ij = -1 for every edge, K_ii = the number of neighbours: the graph Laplacian, blind to geometry.

@@ -75,6 +75,8 @@ Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering) : fa
     common.nmethods = 1;
     common.method[0].ordering = ordering == Ordering::amd ? CHOLMOD_AMD : CHOLMOD_METIS;
     common.postorder = 1;
+    // L L^T also where CHOLMOD works column by column: its L D L^T there would accept negative pivots.
+    common.final_ll = 1;
     factor_->factor = cholmod_l_analyze(&upper, &common);
     if (factor_->factor == nullptr) fail(common, n);
     factor_->nonzeros = common.lnz;

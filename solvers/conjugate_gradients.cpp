@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -56,24 +57,24 @@ void clear_rows(std::span<const Index> rows, Block& block) {
 // bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos & Tichy 2002).
 class EnergyError {
   public:
+    // All terms add up to |x* - x_0|^2; `beyond` is what is missing to the square of the solution itself.
+    void start(double beyond) { total_ = beyond; }
     void step(double term) {
         recent_.push_back(term);
-        recent_sum_ += term;
         total_ += term;
-        if (recent_.size() > delay) {
-            recent_sum_ -= recent_.front();
-            recent_.pop_front();
-        }
+        if (recent_.size() > delay) recent_.pop_front();
     }
     [[nodiscard]] double relative() const {
         if (recent_.size() < delay) return std::numeric_limits<double>::max();
-        return total_ > 0.0 ? std::sqrt(std::max(0.0, recent_sum_) / total_) : 0.0;
+        // Summed afresh: a running sum would keep the rounding of terms that were larger by many orders.
+        const double recent = std::accumulate(recent_.begin(), recent_.end(), 0.0);
+        if (recent == 0.0) return 0.0;
+        return total_ > 0.0 ? std::sqrt(recent / total_) : std::numeric_limits<double>::max();
     }
 
   private:
     static constexpr std::size_t delay = 20;
     std::deque<double> recent_;
-    double recent_sum_ = 0.0;
     double total_ = 0.0;
 };
 
@@ -111,6 +112,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     // Everything is measured against the load with the free values at zero.
     Vector load = column_norms(r, weight);
     Vector scaled_load = column_norms(r, inverse_diagonal);
+    std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
     {
         Block start = Block::Zero(n, k);
         for (const Index i : held) start.row(i) = x.row(i);
@@ -119,6 +121,16 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             ++result.products;
             load = column_norms(q, weight);
             scaled_load = column_norms(q, inverse_diagonal);
+            // |x* - s|^2 = |x* - x|^2 + (x - s)^T (r_s + r) with s the start at zero and r_s its residual.
+            for (Eigen::Index c = 0; c < k; ++c) {
+                const double beyond = (x.col(c) - start.col(c)).dot(q.col(c) + r.col(c));
+                energy_errors[static_cast<std::size_t>(c)].start(beyond);
+                // Nothing pulls: the answer is zero, wherever the start was.
+                if (load[c] == 0.0) {
+                    x.col(c) = start.col(c);
+                    r.col(c).setZero();
+                }
+            }
         }
     }
 
@@ -135,7 +147,6 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     Vector rz = weighted_square();
     Vector alpha(k);
     Vector beta(k);
-    std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
     std::vector<char> done(static_cast<std::size_t>(k), 0);
     Vector errors = Vector::Zero(k);
     const auto check = [&](bool first) {

@@ -122,6 +122,10 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     }
     held.check_range(A_.rows());
     held.impose(x);
+    if (!b.allFinite() || !x.allFinite()) {
+        throw InputError("the load or the start of a solve has a number that is not finite",
+                         "look for NaN and infinity in the values given");
+    }
     std::vector<Index> masked = held.vertices();
     for (const Index v : empty_rows_) {
         if (!held.is_fixed(v)) masked.push_back(v);

@@ -47,9 +47,9 @@ class LinearSolver {
     explicit LinearSolver(PdeOperator A, LinearSolverOptions options = {});
 
     /// b: n x k. x: n x k; the free rows are the start (used by both solvers), the held rows are set to the
-    /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes and held vertices
-    /// out of range, SolveError where a factorization breaks down, Cancelled. A solve that does not converge returns
-    /// with converged = false and the last iterate in x: see require_converged().
+    /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes, numbers that
+    /// are not finite and held vertices out of range, SolveError where a factorization breaks down, Cancelled. A solve
+    /// that does not converge returns with converged = false and the last iterate in x: see require_converged().
     [[nodiscard]] LinearSummary solve(const Block& b, const Constraints& held, Block& x);
 
     [[nodiscard]] const PdeOperator& op() const { return A_; }

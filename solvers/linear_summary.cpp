@@ -54,6 +54,9 @@ void LinearSummary::add(const LinearSummary& later) {
         *this = later;
         return;
     }
+    solver = later.solver;
+    why = later.why;
+    norm = later.norm;
     if (!later.converged) {
         converged = false;
         reason = later.reason;

@@ -45,7 +45,8 @@ struct LinearSummary {
     /// A line for each fact.
     [[nodiscard]] std::string full() const;
 
-    /// Adds a later solve of the same solver: counts and seconds add up, errors keep the worst.
+    /// Adds a later solve: counts and seconds add up, errors keep the worst, the solver is that of the later
+    /// one.
     void add(const LinearSummary& later);
 };
 

@@ -91,6 +91,14 @@ void TimeIntegrator::set_state(Block u) {
 }
 
 void TimeIntegrator::advance(const Constraints& held, const Block* f) {
+    if (f != nullptr && (f->rows() != u_.rows() || f->cols() != u_.cols())) {
+        throw InputError(fmt::format("a load of {} x {} for a state of {} x {}", f->rows(), f->cols(),
+                                     u_.rows(), u_.cols()));
+    }
+    if (!held.empty() && held.columns() != u_.cols()) {
+        throw InputError(
+            fmt::format("constraints of {} columns for a state of {}", held.columns(), u_.cols()));
+    }
     const double dt = options_.step;
     const Vector& M = laplacian_.mass();
     const bool multistep = options_.method == TimeMethod::bdf2 && step_count_ > 0;
@@ -128,12 +136,10 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     require_converged(step);
     solver.reaction(load, w, held_velocity, reaction_);
 
+    u_before_ = std::exchange(u_, base + reach * w);
     // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry on.
-    const bool mean = options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0;
-    Block next_u = base + reach * w;
-    Block next_v = mean ? Block(2.0 * w - v_) : std::move(w);
-    u_before_ = std::exchange(u_, std::move(next_u));
-    v_before_ = std::exchange(v_, std::move(next_v));
+    if (options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0) w = 2.0 * w - v_;
+    v_before_ = std::exchange(v_, std::move(w));
     ++step_count_;
 }
 

@@ -42,7 +42,7 @@ struct TimeOptions {
     double step = 0.0;  ///< in units of time; positive
     TimeMethod method = TimeMethod::backward_euler;
     int steps = 1;  ///< how many are expected: lets the linear solver decide whether a factor pays
-    LinearSolverOptions linear;
+    LinearSolverOptions linear = {};
 };
 
 class TimeIntegrator {
@@ -56,7 +56,8 @@ class TimeIntegrator {
 
     /// One step to time() + step. `held` gives u at the new time; its vertices may differ from step to step. f: the
     /// load {f} in units of K~ u (n x k) at the new time (at the middle of the step for implicit midpoint), none if
-    /// null. Throws SolveError when the linear solve does not converge, and then the state is that before the step.
+    /// null. Throws InputError for wrong shapes and held vertices out of range, SolveError when the linear
+    /// solve does not converge, and then the state is that before the step.
     void advance(const Constraints& held, const Block* f = nullptr);
 
     [[nodiscard]] const Block& u() const { return u_; }

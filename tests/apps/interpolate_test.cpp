@@ -1,0 +1,117 @@
+#include "beltrami/apps/interpolate/interpolate.hpp"
+
+#include <array>
+#include <limits>
+
+#include "beltrami/framework/error.hpp"
+#include "beltrami/framework/shapes.hpp"
+#include "numerics.hpp"
+
+namespace beltrami {
+namespace {
+
+using testing::relative_difference;
+
+// How far values leave the interval of the given ones.
+double overshoot(const Block& value, double low, double high) {
+    return std::max({0.0, value.maxCoeff() - high, low - value.minCoeff()});
+}
+
+TEST(Interpolate, TheLaplacianObeysTheMaximumPrincipleOnDelaunayMeshes) {
+    for (const Mesh& mesh : {shapes::icosphere(4), shapes::grid(40, 40)}) {
+        const Laplacian laplacian(mesh);
+        const Constraints fixed{{0, -1.0}, {mesh.vertex_count() / 2, 2.0}, {mesh.vertex_count() - 1, 0.5}};
+        const auto [value, summary] = interpolate(laplacian, fixed);
+        EXPECT_TRUE(summary.converged);
+        EXPECT_LT(overshoot(value, -1.0, 2.0), 1e-9);
+        for (const Index v : fixed.vertices())
+            EXPECT_EQ(value(v, 0), fixed.value(v)[0]);
+        // Strictly inside elsewhere: values did spread.
+        EXPECT_GT(value.mean(), -0.9);
+        EXPECT_LT(value.mean(), 1.9);
+    }
+}
+
+// Two close vertices of different value are a slope that a plate carries on beyond them.
+TEST(Interpolate, TheBilaplacianOvershootsAndTheMixtureLess) {
+    const Mesh mesh = shapes::grid(30, 30);
+    const Laplacian laplacian(mesh);
+    const Constraints fixed{{15 * 31 + 14, 0.0}, {15 * 31 + 17, 1.0}, {0, 0.5}};
+    const double plate =
+        overshoot(interpolate(laplacian, fixed, {.laplacian = 0.0, .bilaplacian = 1.0}).value, 0, 1);
+    const double mixed =
+        overshoot(interpolate(laplacian, fixed, {.laplacian = 1.0, .bilaplacian = 0.01}).value, 0, 1);
+    const double membrane = overshoot(interpolate(laplacian, fixed).value, 0, 1);
+    EXPECT_GT(plate, 0.1);
+    EXPECT_LT(mixed, 0.5 * plate);
+    EXPECT_LT(membrane, 1e-9);
+}
+
+TEST(Interpolate, GivesBackLinearFieldsFromTheRimOfTheirPlane) {
+    const Mesh mesh = shapes::shuffled(shapes::jittered(shapes::grid(12, 12), 0.3)).mesh;
+    const Block linear = mesh.points() * Eigen::Matrix<double, 3, 2>{{1.0, -2.0}, {3.0, 0.5}, {0.0, 0.0}};
+    Constraints fixed(2);
+    for (Index v = 0; v < mesh.vertex_count(); ++v) {
+        const auto p = mesh.points().row(v).head<2>().array();
+        if ((p * (1.0 - p)).prod() == 0.0) fixed.fix(v, std::array{linear(v, 0), linear(v, 1)});
+    }
+    const auto [value, summary] = interpolate(Laplacian(mesh), fixed);
+    EXPECT_LT(relative_difference(value, linear), 1e-9);
+    EXPECT_EQ(summary.columns, 2);
+}
+
+TEST(Interpolate, AnswersInTheUsersOrder) {
+    const Mesh mesh = shapes::icosphere(2);
+    const shapes::Shuffled shuffled = shapes::shuffled(mesh, 3);
+    Constraints moved;
+    const Constraints fixed{{3, 1.0}, {100, -1.0}};
+    for (const Index v : fixed.vertices())
+        moved.fix(shuffled.new_number[static_cast<std::size_t>(v)], fixed.value(v));
+    const Block value = interpolate(Laplacian(mesh), fixed).value;
+    const Block other = interpolate(Laplacian(shuffled.mesh), moved).value;
+    EXPECT_LT(relative_difference(Block(other(shuffled.new_number, Eigen::all)), value), 1e-8);
+}
+
+TEST(Interpolate, BothSolversAgreeOnMixtures) {
+    const Laplacian laplacian(shapes::fins(3, 12));
+    const Constraints fixed{{0, 0.0}, {200, 1.0}, {400, -1.0}};
+    InterpolateOptions options{.laplacian = 1.0, .bilaplacian = 0.05};
+    options.linear.kind = SolverKind::cg;
+    const auto cg = interpolate(laplacian, fixed, options);
+    options.linear.kind = SolverKind::cholesky;
+    const auto cholesky = interpolate(laplacian, fixed, options);
+    EXPECT_EQ(cg.summary.solver, "cg");
+    EXPECT_EQ(cholesky.summary.solver, "cholesky");
+    EXPECT_LT(relative_difference(cg.value, cholesky.value), 1e-7);
+}
+
+TEST(Interpolate, FreeComponentsAreRefusedOrLeftAtZero) {
+    const Mesh two = shapes::together({shapes::icosphere(1), shapes::icosphere(1)});
+    const Laplacian laplacian(two);
+    const Constraints fixed{{3, 2.0}};
+    EXPECT_THROW((void)interpolate(laplacian, fixed), InputError);
+    const Block value =
+        interpolate(laplacian, fixed, {.free_components = FreeComponents::keep_at_zero}).value;
+    EXPECT_LT((value.topRows(42).array() - 2.0).abs().maxCoeff(), 1e-9);
+    EXPECT_TRUE(value.bottomRows(42).isZero(0.0));
+}
+
+TEST(Interpolate, RefusesWhatHasNoAnswer) {
+    const Laplacian laplacian(shapes::icosphere(0));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const Constraints fixed{{0, 1.0}};
+    EXPECT_THROW((void)interpolate(laplacian, Constraints()), InputError);
+    EXPECT_THROW((void)interpolate(laplacian, Constraints{{12, 1.0}}), InputError);
+    EXPECT_THROW((void)interpolate(laplacian, fixed, {.laplacian = 0.0}), InputError);
+    EXPECT_THROW((void)interpolate(laplacian, fixed, {.laplacian = -1.0}), InputError);
+    EXPECT_THROW((void)interpolate(laplacian, fixed, {.bilaplacian = nan}), InputError);
+    EXPECT_THROW((void)interpolate(laplacian, fixed, {.linear = {.tolerance = nan}}), InputError);
+    InterpolateOptions hopeless;
+    hopeless.linear.kind = SolverKind::cg;
+    hopeless.linear.max_iterations = 1;
+    EXPECT_THROW((void)interpolate(Laplacian(shapes::icosphere(3)), fixed, hopeless), SolveError)
+        << "fixed at one place only is constant, but not after one iteration";
+}
+
+}  // namespace
+}  // namespace beltrami
