@@ -8,8 +8,8 @@
 
 namespace beltrami {
 
-Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, const Block& v, const Constraints& held,
-                 const EvolveOptions& options) {
+Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, const Block& v,
+                 const Constraints& held, const EvolveOptions& options) {
     if (!std::isfinite(options.time) || options.time <= 0.0) {
         throw InputError(fmt::format("the time to simulate is {}", options.time), "give a positive number");
     }
@@ -29,7 +29,8 @@ Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, con
     result.energy_before = integrator.energy().sum();
     const auto show = [&](double energy) {
         if (options.on_frame) {
-            options.on_frame({integrator.step_count(), integrator.time(), order.to_user(integrator.u()), energy});
+            options.on_frame(
+                {integrator.step_count(), integrator.time(), order.to_user(integrator.u()), energy});
         }
     };
     show(result.energy_before);

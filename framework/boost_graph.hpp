@@ -1,4 +1,5 @@
-// EdgeGraph as a model of Boost.Graph's VertexListGraph, EdgeListGraph, IncidenceGraph and AdjacencyGraph, undirected.
+// EdgeGraph as a model of Boost.Graph's VertexListGraph, EdgeListGraph, IncidenceGraph and AdjacencyGraph,
+// undirected.
 //
 //     std::vector<Index> component(graph.vertex_count());
 //     boost::connected_components(graph, component.data());
@@ -47,7 +48,10 @@ struct graph_traits<beltrami::EdgeGraph> {
     using edge_descriptor = beltrami::WalkedEdge;
     using directed_category = undirected_tag;
     using edge_parallel_category = disallow_parallel_edge_tag;
-    struct traversal_category : incidence_graph_tag, adjacency_graph_tag, vertex_list_graph_tag, edge_list_graph_tag {};
+    struct traversal_category : incidence_graph_tag,
+                                adjacency_graph_tag,
+                                vertex_list_graph_tag,
+                                edge_list_graph_tag {};
 
     using vertices_size_type = beltrami::Index;
     using edges_size_type = beltrami::Index;
@@ -74,8 +78,12 @@ namespace beltrami {
 
 using GraphTraits = boost::graph_traits<EdgeGraph>;
 
-inline Index num_vertices(const EdgeGraph& g) { return g.vertex_count(); }
-inline Index num_edges(const EdgeGraph& g) { return g.edge_count(); }
+inline Index num_vertices(const EdgeGraph& g) {
+    return g.vertex_count();
+}
+inline Index num_edges(const EdgeGraph& g) {
+    return g.edge_count();
+}
 inline std::pair<GraphTraits::vertex_iterator, GraphTraits::vertex_iterator> vertices(const EdgeGraph& g) {
     return {GraphTraits::vertex_iterator(0), GraphTraits::vertex_iterator(g.vertex_count())};
 }
@@ -90,16 +98,24 @@ inline std::pair<GraphTraits::adjacency_iterator, GraphTraits::adjacency_iterato
     const auto n = g.neighbours(v);
     return {GraphTraits::adjacency_iterator(n.data()), GraphTraits::adjacency_iterator(n.data() + n.size())};
 }
-inline std::pair<GraphTraits::out_edge_iterator, GraphTraits::out_edge_iterator> out_edges(Index v,
-                                                                                          const EdgeGraph& g) {
+inline std::pair<GraphTraits::out_edge_iterator, GraphTraits::out_edge_iterator> out_edges(
+    Index v, const EdgeGraph& g) {
     const auto n = g.neighbours(v);
     return {GraphTraits::out_edge_iterator(n.data(), OutEdge{v}),
             GraphTraits::out_edge_iterator(n.data() + n.size(), OutEdge{v})};
 }
-inline Index out_degree(Index v, const EdgeGraph& g) { return g.degree(v); }
-inline Index degree(Index v, const EdgeGraph& g) { return g.degree(v); }
-inline Index source(const WalkedEdge& e, const EdgeGraph& /*g*/) { return e.source; }
-inline Index target(const WalkedEdge& e, const EdgeGraph& /*g*/) { return e.target; }
+inline Index out_degree(Index v, const EdgeGraph& g) {
+    return g.degree(v);
+}
+inline Index degree(Index v, const EdgeGraph& g) {
+    return g.degree(v);
+}
+inline Index source(const WalkedEdge& e, const EdgeGraph& /*g*/) {
+    return e.source;
+}
+inline Index target(const WalkedEdge& e, const EdgeGraph& /*g*/) {
+    return e.target;
+}
 inline boost::typed_identity_property_map<Index> get(boost::vertex_index_t /*tag*/, const EdgeGraph& /*g*/) {
     return {};
 }

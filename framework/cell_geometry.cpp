@@ -79,7 +79,8 @@ Cells non_degenerate_cells(const Mesh& mesh) {
         if (!is_degenerate(mesh, c)) kept.push_back(c);
     }
     Cells cells(static_cast<Eigen::Index>(kept.size()), mesh.cells().cols());
-    for (std::size_t c = 0; c < kept.size(); ++c) cells.row(static_cast<Eigen::Index>(c)) = mesh.cells().row(kept[c]);
+    for (std::size_t c = 0; c < kept.size(); ++c)
+        cells.row(static_cast<Eigen::Index>(c)) = mesh.cells().row(kept[c]);
     return cells;
 }
 

@@ -15,20 +15,24 @@ Constraints::Constraints(Index columns) : columns_(columns) {
 }
 
 Constraints::Constraints(std::initializer_list<std::pair<Index, double>> values) : columns_(1) {
-    for (const auto& [v, value] : values) add(v, value);
+    for (const auto& [v, value] : values)
+        add(v, value);
 }
 
 void Constraints::fix(Index v, std::span<const double> value) {
     if (v < 0) throw InputError(fmt::format("there is no vertex {}", v), "vertices are numbered from 0");
     if (value.size() != static_cast<std::size_t>(columns_)) {
-        throw InputError(fmt::format("vertex {} is held at {} numbers, but the field has {} columns", v, value.size(),
-                                     columns_));
+        throw InputError(fmt::format("vertex {} is held at {} numbers, but the field has {} columns", v,
+                                     value.size(), columns_),
+                         "give as many numbers as the field has columns");
     }
     if (!std::all_of(value.begin(), value.end(), [](double x) { return std::isfinite(x); })) {
-        throw InputError(fmt::format("vertex {} is held at a value that is not a finite number", v));
+        throw InputError(fmt::format("vertex {} is held at a value that is not a finite number", v),
+                         "give finite numbers");
     }
     const auto vertex = static_cast<std::size_t>(v);
-    if (slot_of_vertex_.size() <= vertex) slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
+    if (slot_of_vertex_.size() <= vertex)
+        slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
     Index& slot = slot_of_vertex_[vertex];
     // `value` may be the value of another held vertex, which growing would move.
     const std::vector<double> kept(value.begin(), value.end());
@@ -68,7 +72,8 @@ void Constraints::free(Index v) {
 }
 
 std::span<const double> Constraints::value(Index v) const {
-    if (!is_fixed(v)) throw InputError(fmt::format("vertex {} is not held at any value", v));
+    if (!is_fixed(v))
+        throw InputError(fmt::format("vertex {} is not held at any value", v), "ask is_fixed() first");
     const Index slot = slot_of_vertex_[static_cast<std::size_t>(v)];
     return {values_.data() + std::ptrdiff_t{slot} * columns_, static_cast<std::size_t>(columns_)};
 }
@@ -76,8 +81,9 @@ std::span<const double> Constraints::value(Index v) const {
 void Constraints::check_range(Index vertex_count) const {
     for (const Index v : vertices_) {
         if (v >= vertex_count) {
-            throw InputError(fmt::format("there is no vertex {}: the vertices are 0 to {}", v, vertex_count - 1),
-                             "vertex numbers are those of the file, from 0");
+            throw InputError(
+                fmt::format("there is no vertex {}: the vertices are 0 to {}", v, vertex_count - 1),
+                "vertex numbers are those of the file, from 0");
         }
     }
 }
@@ -87,7 +93,8 @@ void Constraints::impose(Block& field) const {
     check_range(static_cast<Index>(field.rows()));
     if (field.cols() != columns_) {
         throw InputError(fmt::format("vertices are held at {} numbers, but the field has {} columns",
-                                     columns_, field.cols()));
+                                     columns_, field.cols()),
+                         "make both of the same width");
     }
     for (const Index v : vertices_) {
         field.row(v) = Eigen::Map<const Eigen::RowVectorXd>(value(v).data(), columns_);

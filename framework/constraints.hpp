@@ -24,8 +24,8 @@ class Constraints {
     /// One column. Throws InputError for a vertex named twice with different values.
     Constraints(std::initializer_list<std::pair<Index, double>> values);
 
-    /// Holds v at a value, whether it was held before or not. Throws InputError for a negative vertex, a value that is
-    /// not finite and a wrong number of columns.
+    /// Holds v at a value, whether it was held before or not. Throws InputError for a negative vertex, a
+    /// value that is not finite and a wrong number of columns.
     void fix(Index v, std::span<const double> value);
     void fix(Index v, double value) { fix(v, std::span(&value, 1)); }
 

@@ -12,7 +12,9 @@ namespace beltrami {
 
 namespace {
 
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+std::size_t at(Index i) {
+    return static_cast<std::size_t>(i);
+}
 
 }  // namespace
 
@@ -22,7 +24,8 @@ EdgeGraph::EdgeGraph(Index vertex_count, const Cells& cells) {
     edges.reserve(static_cast<std::size_t>(cells.rows() * corners * (corners - 1) / 2));
     for (Eigen::Index c = 0; c < cells.rows(); ++c) {
         for (Eigen::Index a = 0; a < corners; ++a) {
-            for (Eigen::Index b = a + 1; b < corners; ++b) edges.emplace_back(cells(c, a), cells(c, b));
+            for (Eigen::Index b = a + 1; b < corners; ++b)
+                edges.emplace_back(cells(c, a), cells(c, b));
         }
     }
     build(std::move(edges), vertex_count);
@@ -39,12 +42,14 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
     for (auto& [i, j] : edges) {
         if (i > j) std::swap(i, j);
         if (i < 0 || j >= vertex_count) {
-            throw InputError(fmt::format("an edge joins vertices {} and {}, but the vertices are 0 to {}", i, j,
-                                         vertex_count - 1));
+            throw InputError(fmt::format("an edge joins vertices {} and {}, but the vertices are 0 to {}", i,
+                                         j, vertex_count - 1),
+                             "count the vertices that the edges name");
         }
         if (i != j) ++begin[at(i) + 1];
     }
-    for (std::size_t i = 0; i < at(vertex_count); ++i) begin[i + 1] += begin[i];
+    for (std::size_t i = 0; i < at(vertex_count); ++i)
+        begin[i + 1] += begin[i];
     std::vector<Index> ends(static_cast<std::size_t>(begin.back()));
     std::vector<std::int64_t> fill(begin.begin(), begin.end() - 1);
     for (const auto& [i, j] : edges) {
@@ -65,11 +70,14 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
     for (Index i = 0; i < vertex_count; ++i) {
         neighbour_offsets_[at(i) + 1] += offsets_[at(i) + 1] - offsets_[at(i)];
     }
-    for (const Index j : upper_) ++neighbour_offsets_[at(j) + 1];
-    for (std::size_t i = 0; i < at(vertex_count); ++i) neighbour_offsets_[i + 1] += neighbour_offsets_[i];
+    for (const Index j : upper_)
+        ++neighbour_offsets_[at(j) + 1];
+    for (std::size_t i = 0; i < at(vertex_count); ++i)
+        neighbour_offsets_[i + 1] += neighbour_offsets_[i];
     neighbours_.resize(2 * upper_.size());
     std::vector<std::int64_t> next(neighbour_offsets_.begin(), neighbour_offsets_.end() - 1);
-    // Ascending i writes the lower neighbours of every vertex in order; its upper ones follow when its row comes.
+    // Ascending i writes the lower neighbours of every vertex in order; its upper ones follow when its row
+    // comes.
     for (Index i = 0; i < vertex_count; ++i) {
         for (Index e = offsets_[at(i)]; e < offsets_[at(i) + 1]; ++e) {
             const Index j = upper_[at(e)];
@@ -106,21 +114,23 @@ Index EdgeGraph::require_edge(Index a, Index b) const {
 Index EdgeGraph::bandwidth() const {
     Index widest = 0;
     for (Index i = 0; i < vertex_count(); ++i) {
-        if (offsets_[at(i)] < offsets_[at(i) + 1]) widest = std::max(widest, upper_[at(offsets_[at(i) + 1]) - 1] - i);
+        if (offsets_[at(i)] < offsets_[at(i) + 1])
+            widest = std::max(widest, upper_[at(offsets_[at(i) + 1]) - 1] - i);
     }
     return widest;
 }
 
 std::size_t EdgeGraph::memory_bytes() const {
-    return sizeof(Index) * (offsets_.size() + upper_.size()) + sizeof(std::int64_t) * neighbour_offsets_.size() +
-           sizeof(Neighbour) * neighbours_.size();
+    return sizeof(Index) * (offsets_.size() + upper_.size()) +
+           sizeof(std::int64_t) * neighbour_offsets_.size() + sizeof(Neighbour) * neighbours_.size();
 }
 
 Components connected_components(const EdgeGraph& graph) {
     Components components;
     components.of_vertex.assign(at(graph.vertex_count()), 0);
     components.count = boost::connected_components(
-        graph, boost::make_iterator_property_map(components.of_vertex.begin(), get(boost::vertex_index, graph)));
+        graph,
+        boost::make_iterator_property_map(components.of_vertex.begin(), get(boost::vertex_index, graph)));
     return components;
 }
 

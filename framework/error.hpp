@@ -23,13 +23,13 @@ class Error : public std::runtime_error {
 /// Something the caller gave is unusable: a file, a vertex number, a time step. Exit status 2.
 class InputError : public Error {
   public:
-    explicit InputError(const std::string& what, std::string hint = {}) : Error(what, std::move(hint), 2) {}
+    InputError(const std::string& what, std::string hint) : Error(what, std::move(hint), 2) {}
 };
 
 /// A solve that did not reach its tolerance, or a factorization that broke down. Exit status 3.
 class SolveError : public Error {
   public:
-    explicit SolveError(const std::string& what, std::string hint = {}) : Error(what, std::move(hint), 3) {}
+    SolveError(const std::string& what, std::string hint) : Error(what, std::move(hint), 3) {}
 };
 
 /// Somebody asked to stop. Exit status 130.

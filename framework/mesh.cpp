@@ -102,7 +102,8 @@ Mesh Mesh::with_notes(std::vector<std::string> notes) const {
 
 Mesh Mesh::with_points(Points points) const {
     if (points.rows() != points_.rows()) {
-        throw InputError(fmt::format("{} positions for {} vertices", points.rows(), points_.rows()));
+        throw InputError(fmt::format("{} positions for {} vertices", points.rows(), points_.rows()),
+                         "give a position for each vertex");
     }
     Mesh copy = *this;
     copy.points_ = std::move(points);

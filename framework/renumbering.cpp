@@ -38,7 +38,8 @@ Renumbering Renumbering::identity(Index vertex_count) {
     return Renumbering(std::move(same));
 }
 
-Renumbering::Renumbering(std::vector<Index> working) : working_(std::move(working)), user_(working_.size(), -1) {
+Renumbering::Renumbering(std::vector<Index> working)
+    : working_(std::move(working)), user_(working_.size(), -1) {
     for (std::size_t v = 0; v < working_.size(); ++v) {
         const Index w = working_[v];
         if (w < 0 || w >= vertex_count() || user_[static_cast<std::size_t>(w)] >= 0) {
@@ -49,14 +50,19 @@ Renumbering::Renumbering(std::vector<Index> working) : working_(std::move(workin
     }
 }
 
-Block Renumbering::to_working(const Block& user_values) const { return gather_rows(user_values, user_); }
+Block Renumbering::to_working(const Block& user_values) const {
+    return gather_rows(user_values, user_);
+}
 
-Block Renumbering::to_user(const Block& working_values) const { return gather_rows(working_values, working_); }
+Block Renumbering::to_user(const Block& working_values) const {
+    return gather_rows(working_values, working_);
+}
 
 Mesh Renumbering::to_working(const Mesh& mesh) const {
     const Points points = to_working(Block(mesh.points()));
     Fields fields;
-    for (const Field& field : mesh.fields()) fields.push_back({field.name, to_working(field.values)});
+    for (const Field& field : mesh.fields())
+        fields.push_back({field.name, to_working(field.values)});
     if (mesh.kind() == CellKind::point) return Mesh(points, std::move(fields));
     const Cells cells = mesh.cells().unaryExpr([&](Index v) { return working(v); });
     return Mesh(points, cells, std::move(fields));
@@ -65,7 +71,8 @@ Mesh Renumbering::to_working(const Mesh& mesh) const {
 Constraints Renumbering::to_working(const Constraints& constraints) const {
     constraints.check_range(vertex_count());
     Constraints renumbered(constraints.columns());
-    for (const Index v : constraints.vertices()) renumbered.fix(working(v), constraints.value(v));
+    for (const Index v : constraints.vertices())
+        renumbered.fix(working(v), constraints.value(v));
     return renumbered;
 }
 
@@ -74,11 +81,13 @@ Renumbering cuthill_mckee(const EdgeGraph& graph) {
     std::vector<Index> user_of_working(n);
     std::vector<boost::default_color_type> colour(n);
     const auto index = get(boost::vertex_index, graph);
-    const auto degree_map = boost::make_function_property_map<Index>([&](Index v) { return graph.degree(v); });
+    const auto degree_map =
+        boost::make_function_property_map<Index>([&](Index v) { return graph.degree(v); });
     boost::cuthill_mckee_ordering(graph, user_of_working.begin(),
                                   boost::make_iterator_property_map(colour.begin(), index), degree_map);
     std::vector<Index> working(n);
-    for (std::size_t w = 0; w < n; ++w) working[static_cast<std::size_t>(user_of_working[w])] = static_cast<Index>(w);
+    for (std::size_t w = 0; w < n; ++w)
+        working[static_cast<std::size_t>(user_of_working[w])] = static_cast<Index>(w);
     return Renumbering(std::move(working));
 }
 

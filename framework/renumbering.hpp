@@ -1,8 +1,8 @@
 // The one door between the user's vertex order and the working order of operators and solvers.
 //
-//     Renumbering order = cuthill_mckee(graph);             // neighbours get close numbers: 3 to 4 times faster products
-//     Block inside = order.to_working(field);               // rows permuted
-//     Block outside = order.to_user(inside);
+//     Renumbering order = cuthill_mckee(graph);             // neighbours get close numbers: 3 to 4 times
+//     faster products Block inside = order.to_working(field);               // rows permuted Block outside =
+//     order.to_user(inside);
 #pragma once
 
 #include <vector>
@@ -23,8 +23,12 @@ class Renumbering {
     explicit Renumbering(std::vector<Index> working);
 
     [[nodiscard]] Index vertex_count() const { return static_cast<Index>(working_.size()); }
-    [[nodiscard]] Index working(Index user_vertex) const { return working_[static_cast<std::size_t>(user_vertex)]; }
-    [[nodiscard]] Index user(Index working_vertex) const { return user_[static_cast<std::size_t>(working_vertex)]; }
+    [[nodiscard]] Index working(Index user_vertex) const {
+        return working_[static_cast<std::size_t>(user_vertex)];
+    }
+    [[nodiscard]] Index user(Index working_vertex) const {
+        return user_[static_cast<std::size_t>(working_vertex)];
+    }
 
     /// Rows of an n x k block, permuted. Throws InputError for another number of rows.
     [[nodiscard]] Block to_working(const Block& user_values) const;

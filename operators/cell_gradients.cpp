@@ -10,9 +10,12 @@ CellGradients cell_gradients(const Mesh& mesh, Index cell) {
     const Eigen::Index corners = mesh.cells().cols();
     CellGradients gradients = CellGradients::Zero(corners, 3);
     if (is_degenerate(mesh, cell)) return gradients;
-    const auto corner = [&](Eigen::Index k) -> Vector3 { return mesh.points().row(mesh.cells()(cell, k)).transpose(); };
+    const auto corner = [&](Eigen::Index k) -> Vector3 {
+        return mesh.points().row(mesh.cells()(cell, k)).transpose();
+    };
     switch (mesh.kind()) {
-        case CellKind::point: break;
+        case CellKind::point:
+            break;
         case CellKind::segment: {
             const Vector3 along = corner(1) - corner(0);
             gradients.row(1) = (along / along.squaredNorm()).transpose();
@@ -20,7 +23,8 @@ CellGradients cell_gradients(const Mesh& mesh, Index cell) {
             break;
         }
         case CellKind::triangle: {
-            // The edge opposite to a corner, turned by a quarter in the triangle's plane, over twice the area.
+            // The edge opposite to a corner, turned by a quarter in the triangle's plane, over twice the
+            // area.
             const Vector3 doubled_area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
             const Vector3 normal = doubled_area / doubled_area.squaredNorm();
             for (Eigen::Index k = 0; k < 3; ++k) {

@@ -15,8 +15,9 @@ namespace beltrami {
 
 MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, CurvatureCorrection correction) {
     if (mesh.kind() != CellKind::triangle) {
-        throw InputError(fmt::format("mean curvature needs triangles, but the mesh has {}", plural(mesh.kind())),
-                         "give the surface of the solid as triangles");
+        throw InputError(
+            fmt::format("mean curvature needs triangles, but the mesh has {}", plural(mesh.kind())),
+            "give the surface of the solid as triangles");
     }
     Vector area = Vector::Zero(mesh.vertex_count());
     Points normal = Points::Zero(mesh.vertex_count(), 3);
@@ -36,7 +37,8 @@ MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, Curva
     const Block stretched = laplacian.order().to_user(working);
     // On the boundary K x is the pull of the rim, not curvature.
     const std::vector<Index> boundary = boundary_vertices(mesh);
-    for (const Index v : boundary) area[v] = 0.0;
+    for (const Index v : boundary)
+        area[v] = 0.0;
 
     MeanCurvature result{Points::Zero(mesh.vertex_count(), 3), Vector::Zero(mesh.vertex_count()),
                          static_cast<Index>(boundary.size())};
@@ -44,7 +46,8 @@ MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, Curva
         if (area[v] <= 0.0) continue;
         const Index valence = laplacian.graph().degree(laplacian.order().working(v));
         const double cosine = std::cos(std::numbers::pi / valence);
-        const double factor = correction == CurvatureCorrection::c1 ? 4.0 * cosine * cosine / area[v] : 3.0 / area[v];
+        const double factor =
+            correction == CurvatureCorrection::c1 ? 4.0 * cosine * cosine / area[v] : 3.0 / area[v];
         result.normal.row(v) = -factor * stretched.row(v);
         const double convex = result.normal.row(v).dot(normal.row(v)) > 0.0 ? -1.0 : 1.0;
         result.mean[v] = convex * 0.5 * result.normal.row(v).norm();

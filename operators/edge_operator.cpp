@@ -35,6 +35,12 @@ Index width(const Rows<Scalar>& rows) {
     return rows.columns;
 }
 
+void require_rows(Eigen::Index got, Index rows) {
+    if (got == rows) return;
+    throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows, got),
+                     "give one row a vertex, in the working order");
+}
+
 // y_j for j < limit goes to y, above it to `beyond` (the part of the result that another thread owns).
 template <int K, bool Bounded, class Scalar>
 void sweep(const Rows<Scalar>& a, Index begin, Index end, Index limit, Scalar* beyond) {
@@ -60,9 +66,11 @@ void sweep(const Rows<Scalar>& a, Index begin, Index end, Index limit, Scalar* b
                     y_j[c] += Eigen::numext::conj(w) * own[c];
                 }
             }
-            for (int c = 0; c < K; ++c) y_i[c] = sum[c];
+            for (int c = 0; c < K; ++c)
+                y_i[c] = sum[c];
         } else {
-            for (Index c = 0; c < k; ++c) y_i[c] += a.diagonal[i] * u_i[c];
+            for (Index c = 0; c < k; ++c)
+                y_i[c] += a.diagonal[i] * u_i[c];
             for (Index e = a.offsets[i]; e < a.offsets[i + 1]; ++e) {
                 const Index j = a.upper[e];
                 const Scalar w = a.edges[e];
@@ -77,9 +85,11 @@ void sweep(const Rows<Scalar>& a, Index begin, Index end, Index limit, Scalar* b
     }
 }
 
-// Rows begin..end of the product. y is cleared a block ahead of where it is first written, while it is in cache.
+// Rows begin..end of the product. y is cleared a block ahead of where it is first written, while it is in
+// cache.
 template <int K, class Scalar>
-void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index begin, Index end, Scalar* beyond) {
+void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index begin, Index end,
+                 Scalar* beyond) {
     const Index k = width<K>(a);
     Index cleared = begin;
     for (Index first = begin; first < end; first += block_rows) {
@@ -87,8 +97,8 @@ void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index b
         const Index touched = std::max(last, reach[static_cast<std::size_t>(first / block_rows)]);
         const Index clear_to = std::min(end, touched);
         if (clear_to > cleared) {
-            std::fill(a.y + static_cast<std::ptrdiff_t>(cleared) * k, a.y + static_cast<std::ptrdiff_t>(clear_to) * k,
-                      Scalar(0));
+            std::fill(a.y + static_cast<std::ptrdiff_t>(cleared) * k,
+                      a.y + static_cast<std::ptrdiff_t>(clear_to) * k, Scalar(0));
             cleared = clear_to;
         }
         if (touched <= end) {
@@ -99,8 +109,9 @@ void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index b
     }
 }
 
-// Each thread owns a run of rows. What it adds to rows of later threads goes to a buffer of its own, added to the
-// owner's rows when all sweeps are done. In Cuthill-McKee order the buffers are as short as the bandwidth.
+// Each thread owns a run of rows. What it adds to rows of later threads goes to a buffer of its own, added to
+// the owner's rows when all sweeps are done. In Cuthill-McKee order the buffers are as short as the
+// bandwidth.
 template <int K, class Scalar>
 void multiply_rows(const Rows<Scalar>& a, const std::vector<Index>& reach, Index n) {
     const Index k = width<K>(a);
@@ -118,16 +129,18 @@ void multiply_rows(const Rows<Scalar>& a, const std::vector<Index>& reach, Index
         const auto t = static_cast<std::size_t>(omp_get_thread_num());
         const auto threads = static_cast<std::size_t>(omp_get_num_threads());
         const auto start = [&](std::size_t thread) {
-            const auto block = static_cast<Index>(static_cast<std::int64_t>(blocks) * static_cast<std::int64_t>(thread) /
-                                                  static_cast<std::int64_t>(threads));
+            const auto block =
+                static_cast<Index>(static_cast<std::int64_t>(blocks) * static_cast<std::int64_t>(thread) /
+                                   static_cast<std::int64_t>(threads));
             return std::min(n, block * block_rows);
         };
         const Index first = start(t);
         const Index end = start(t + 1);
         begin[t] = first;
         const Index highest = first < end ? reach[static_cast<std::size_t>((end - 1) / block_rows)] : end;
-        beyond[t].assign(static_cast<std::size_t>(std::max<Index>(0, highest - end)) * static_cast<std::size_t>(k),
-                         Scalar(0));
+        beyond[t].assign(
+            static_cast<std::size_t>(std::max<Index>(0, highest - end)) * static_cast<std::size_t>(k),
+            Scalar(0));
         sweep_chunk<K, Scalar>(a, reach, first, end, beyond[t].data());
 #pragma omp barrier
         for (std::size_t s = 0; s < t; ++s) {
@@ -151,15 +164,18 @@ template <class Scalar>
 EdgeOperator<Scalar>::EdgeOperator(std::shared_ptr<const EdgeGraph> graph, Array diagonal, Array edges)
     : graph_(std::move(graph)), diagonal_(std::move(diagonal)), edges_(std::move(edges)) {
     if (diagonal_.size() != graph_->vertex_count() || edges_.size() != graph_->edge_count()) {
-        throw InputError(fmt::format("an operator got {} vertex and {} edge values for {} vertices and {} edges",
-                                     diagonal_.size(), edges_.size(), graph_->vertex_count(), graph_->edge_count()));
+        throw InputError(
+            fmt::format("an operator got {} vertex and {} edge values for {} vertices and {} edges",
+                        diagonal_.size(), edges_.size(), graph_->vertex_count(), graph_->edge_count()),
+            "give one value a vertex and one an edge of the graph");
     }
     const auto& offsets = graph_->offsets();
     const auto& upper = graph_->upper();
     Index highest = 0;
     for (Index first = 0; first < rows(); first += block_rows) {
         const Index last = std::min(rows(), first + block_rows);
-        for (Index e = offsets[static_cast<std::size_t>(first)]; e < offsets[static_cast<std::size_t>(last)]; ++e) {
+        for (Index e = offsets[static_cast<std::size_t>(first)]; e < offsets[static_cast<std::size_t>(last)];
+             ++e) {
             highest = std::max(highest, upper[static_cast<std::size_t>(e)] + 1);
         }
         reach_.push_back(std::max(highest, last));
@@ -169,33 +185,39 @@ EdgeOperator<Scalar>::EdgeOperator(std::shared_ptr<const EdgeGraph> graph, Array
 
 template <class Scalar>
 void EdgeOperator<Scalar>::multiply(const Scalar* u, Scalar* y, Index columns) const {
-    const Rows<Scalar> rows{graph_->offsets().data(), graph_->upper().data(), diagonal_.data(), edges_.data(), u, y,
-                            columns};
+    const Rows<Scalar> rows{
+        graph_->offsets().data(), graph_->upper().data(), diagonal_.data(), edges_.data(), u, y, columns};
     const Index n = this->rows();
     switch (columns) {
-        case 0: break;
-        case 1: multiply_rows<1>(rows, reach_, n); break;
-        case 2: multiply_rows<2>(rows, reach_, n); break;
-        case 3: multiply_rows<3>(rows, reach_, n); break;
-        case 4: multiply_rows<4>(rows, reach_, n); break;
-        default: multiply_rows<0>(rows, reach_, n);
+        case 0:
+            break;
+        case 1:
+            multiply_rows<1>(rows, reach_, n);
+            break;
+        case 2:
+            multiply_rows<2>(rows, reach_, n);
+            break;
+        case 3:
+            multiply_rows<3>(rows, reach_, n);
+            break;
+        case 4:
+            multiply_rows<4>(rows, reach_, n);
+            break;
+        default:
+            multiply_rows<0>(rows, reach_, n);
     }
 }
 
 template <class Scalar>
 void EdgeOperator<Scalar>::apply(const Values& u, Values& y) const {
-    if (u.rows() != rows()) {
-        throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows(), u.rows()));
-    }
+    require_rows(u.rows(), rows());
     y.resize(u.rows(), u.cols());
     multiply(u.data(), y.data(), static_cast<Index>(u.cols()));
 }
 
 template <class Scalar>
 void EdgeOperator<Scalar>::apply(const Array& u, Array& y) const {
-    if (u.rows() != rows()) {
-        throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows(), u.rows()));
-    }
+    require_rows(u.rows(), rows());
     y.resize(u.rows());
     multiply(u.data(), y.data(), 1);
 }
@@ -206,13 +228,15 @@ Eigen::SparseMatrix<Scalar> EdgeOperator<Scalar>::to_sparse() const {
     const Index n = rows();
     Sparse matrix(n, n);
     Eigen::Matrix<Index, Eigen::Dynamic, 1> column_size(n);
-    for (Index i = 0; i < n; ++i) column_size[i] = 1 + graph_->degree(i);
+    for (Index i = 0; i < n; ++i)
+        column_size[i] = 1 + graph_->degree(i);
     matrix.reserve(column_size);
     // Column j in ascending rows: the lower neighbours, the diagonal, the upper ones.
     for (Index j = 0; j < n; ++j) {
         const auto neighbours = graph_->neighbours(j);
         auto n_it = neighbours.begin();
-        for (; n_it != neighbours.end() && n_it->vertex < j; ++n_it) matrix.insert(n_it->vertex, j) = edges_[n_it->edge];
+        for (; n_it != neighbours.end() && n_it->vertex < j; ++n_it)
+            matrix.insert(n_it->vertex, j) = edges_[n_it->edge];
         matrix.insert(j, j) = diagonal_[j];
         for (; n_it != neighbours.end(); ++n_it) {
             matrix.insert(n_it->vertex, j) = Eigen::numext::conj(edges_[n_it->edge]);

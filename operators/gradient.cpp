@@ -13,7 +13,9 @@ namespace beltrami {
 namespace {
 
 void require_rows(Eigen::Index rows, Index expected, const char* of) {
-    if (rows != expected) throw InputError(fmt::format("{} values for {} {}", rows, expected, of));
+    if (rows == expected) return;
+    throw InputError(fmt::format("{} values for {} {}", rows, expected, of),
+                     fmt::format("give one for each of the {}", of));
 }
 
 }  // namespace
@@ -23,7 +25,8 @@ Points gradient(const Mesh& mesh, const Vector& u) {
     Points result = Points::Zero(mesh.cell_count(), 3);
     for (Index c = 0; c < mesh.cell_count(); ++c) {
         const CellGradients hats = cell_gradients(mesh, c);
-        for (Eigen::Index k = 0; k < mesh.cells().cols(); ++k) result.row(c) += u[mesh.cells()(c, k)] * hats.row(k);
+        for (Eigen::Index k = 0; k < mesh.cells().cols(); ++k)
+            result.row(c) += u[mesh.cells()(c, k)] * hats.row(k);
     }
     return result;
 }
@@ -46,7 +49,8 @@ Points cell_average(const Mesh& mesh, const Points& vertex_vectors) {
     Points result = Points::Zero(mesh.cell_count(), 3);
     for (Index c = 0; c < mesh.cell_count(); ++c) {
         for (Eigen::Index k = 0; k < mesh.cells().cols(); ++k) {
-            result.row(c) += vertex_vectors.row(mesh.cells()(c, k)) / static_cast<double>(mesh.cells().cols());
+            result.row(c) +=
+                vertex_vectors.row(mesh.cells()(c, k)) / static_cast<double>(mesh.cells().cols());
         }
     }
     return result;

@@ -12,11 +12,15 @@ namespace beltrami {
 
 namespace {
 
-EdgeOperator<double> weighted(Weights weights, const Mesh& mesh, const std::shared_ptr<const EdgeGraph>& graph) {
+EdgeOperator<double> weighted(Weights weights, const Mesh& mesh,
+                              const std::shared_ptr<const EdgeGraph>& graph) {
     switch (weights) {
-        case Weights::cotangent: return stiffness(mesh, graph);
-        case Weights::area_weighted: return area_weighted_stiffness(mesh, graph);
-        case Weights::combinatorial: return combinatorial_stiffness(graph);
+        case Weights::cotangent:
+            return stiffness(mesh, graph);
+        case Weights::area_weighted:
+            return area_weighted_stiffness(mesh, graph);
+        case Weights::combinatorial:
+            return combinatorial_stiffness(graph);
     }
     return stiffness(mesh, graph);
 }
@@ -30,8 +34,9 @@ Laplacian::Laplacian(const Mesh& mesh, const LaplacianOptions& options) {
     }
     const Mesh kept(mesh.points(), non_degenerate_cells(mesh));
     if (kept.cell_count() == 0) {
-        throw InputError(fmt::format("all {} {} of the mesh are degenerate", mesh.cell_count(), plural(mesh.kind())),
-                         "check the positions in the file");
+        throw InputError(
+            fmt::format("all {} {} of the mesh are degenerate", mesh.cell_count(), plural(mesh.kind())),
+            "check the positions in the file");
     }
     Renumbering order = options.renumber ? cuthill_mckee(EdgeGraph(kept.vertex_count(), kept.cells()))
                                          : Renumbering::identity(kept.vertex_count());
@@ -43,15 +48,17 @@ Laplacian::Laplacian(const Mesh& mesh, const LaplacianOptions& options) {
 
 Laplacian::Laplacian(EdgeOperator<double> stiffness, Vector mass, Renumbering order) {
     if (mass.size() != stiffness.rows() || order.vertex_count() != stiffness.rows()) {
-        throw InputError(fmt::format("a Laplacian of {} vertices got {} masses and an order of {}", stiffness.rows(),
-                                     mass.size(), order.vertex_count()));
+        throw InputError(fmt::format("a Laplacian of {} vertices got {} masses and an order of {}",
+                                     stiffness.rows(), mass.size(), order.vertex_count()),
+                         "give one mass a vertex and an order of all of them");
     }
     set(std::move(stiffness), std::move(mass), std::move(order));
 }
 
 void Laplacian::set(EdgeOperator<double> stiffness, Vector mass, Renumbering order) {
     Vector inverse = mass.unaryExpr([](double m) { return m > 0.0 ? 1.0 / m : 0.0; });
-    for (Index v = 0; v < stiffness.rows(); ++v) isolated_vertices_ += stiffness.graph().degree(v) == 0 ? 1 : 0;
+    for (Index v = 0; v < stiffness.rows(); ++v)
+        isolated_vertices_ += stiffness.graph().degree(v) == 0 ? 1 : 0;
     stiffness_ = std::make_shared<const EdgeOperator<double>>(std::move(stiffness));
     lumped_ = std::make_shared<const Lumped>(Lumped{std::move(mass), std::move(inverse)});
     order_ = std::make_shared<const Renumbering>(std::move(order));

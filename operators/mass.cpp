@@ -51,7 +51,8 @@ void require_cells(const Mesh& mesh) {
 Vector lumped_mass(const Mesh& mesh, Mass kind) {
     require_cells(mesh);
     if (kind == Mass::voronoi && mesh.kind() == CellKind::tetrahedron) {
-        throw InputError("Voronoi mass is not offered for tetrahedra: it can be negative", "use barycentric mass");
+        throw InputError("Voronoi mass is not offered for tetrahedra: it can be negative",
+                         "use barycentric mass");
     }
     const Eigen::Index corners = mesh.cells().cols();
     Vector mass = Vector::Zero(mesh.vertex_count());
@@ -59,10 +60,12 @@ Vector lumped_mass(const Mesh& mesh, Mass kind) {
         if (is_degenerate(mesh, c)) continue;
         if (kind == Mass::voronoi && mesh.kind() == CellKind::triangle) {
             const auto shares = voronoi_shares(mesh, c);
-            for (int k = 0; k < 3; ++k) mass[mesh.cells()(c, k)] += shares[k];
+            for (int k = 0; k < 3; ++k)
+                mass[mesh.cells()(c, k)] += shares[k];
         } else {
             const double share = std::abs(signed_measure(mesh, c)) / static_cast<double>(corners);
-            for (Eigen::Index k = 0; k < corners; ++k) mass[mesh.cells()(c, k)] += share;
+            for (Eigen::Index k = 0; k < corners; ++k)
+                mass[mesh.cells()(c, k)] += share;
         }
     }
     return mass;
@@ -75,8 +78,8 @@ EdgeOperator<double> consistent_mass(const Mesh& mesh, std::shared_ptr<const Edg
     const Eigen::Index corners = mesh.cells().cols();
     for (Index c = 0; c < mesh.cell_count(); ++c) {
         if (is_degenerate(mesh, c)) continue;
-        const double entry =
-            std::abs(signed_measure(mesh, c)) / (static_cast<double>(corners) * static_cast<double>(corners + 1));
+        const double entry = std::abs(signed_measure(mesh, c)) /
+                             (static_cast<double>(corners) * static_cast<double>(corners + 1));
         for (Eigen::Index a = 0; a < corners; ++a) {
             for (Eigen::Index b = a + 1; b < corners; ++b) {
                 edges[graph->require_edge(mesh.cells()(c, a), mesh.cells()(c, b))] += entry;

@@ -15,15 +15,15 @@ namespace beltrami {
 
 enum class Mass {
     barycentric,  ///< an equal share of every cell: the D of eq. (6) of Kim & Rossignac is 1 / this
-    voronoi       ///< mixed Voronoi cells of Meyer et al. 2003 (halves and quarters at obtuse triangles); triangles
-                  ///< only, the same as barycentric on segments
+    voronoi       ///< mixed Voronoi cells of Meyer et al. 2003 (halves and quarters at obtuse triangles);
+             ///< triangles only, the same as barycentric on segments
 };
 
 /// n. Throws InputError for Voronoi mass of tetrahedra, which can be negative, and for a mesh of points.
 Vector lumped_mass(const Mesh& mesh, Mass kind = Mass::barycentric);
 
-/// integral of (hat i)(hat j): measure / ((d + 1)(d + 2)) off the diagonal and twice that on it, for cells of dimension
-/// d. Throws InputError for a mesh of points and a graph without the mesh's edges.
+/// integral of (hat i)(hat j): measure / ((d + 1)(d + 2)) off the diagonal and twice that on it, for cells of
+/// dimension d. Throws InputError for a mesh of points and a graph without the mesh's edges.
 EdgeOperator<double> consistent_mass(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
 }  // namespace beltrami

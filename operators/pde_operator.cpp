@@ -21,12 +21,13 @@ void combine(double a, const Block& x, double b, const Vector& weight, const Blo
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Eigen::Index v = 0; v < n; ++v) {
         const double scale = b * weight[v];
-        for (Eigen::Index c = v * k; c < (v + 1) * k; ++c) out[c] = a * xs[c] + scale * ys[c];
+        for (Eigen::Index c = v * k; c < (v + 1) * k; ++c)
+            out[c] = a * xs[c] + scale * ys[c];
     }
 }
 
-// The diagonal of K (D K)^(m - 1) for m >= 3, by walking the rings of each vertex. With s = (D K)^a e_i, a = (m - 1) / 2
-// rounded down, and q = K s, the entry is q^T s for odd m and q^T D q for even m.
+// The diagonal of K (D K)^(m - 1) for m >= 3, by walking the rings of each vertex. With s = (D K)^a e_i, a =
+// (m - 1) / 2 rounded down, and q = K s, the entry is q^T s for odd m and q^T D q for even m.
 class RingDiagonal {
   public:
     RingDiagonal(const Laplacian& laplacian, int terms)
@@ -40,7 +41,8 @@ class RingDiagonal {
         values_ = {1.0};
         for (int a = 0; a < (terms_ - 1) / 2; ++a) {
             multiply();
-            for (std::size_t s = 0; s < support_.size(); ++s) values_[s] *= laplacian_.inverse_mass()[support_[s]];
+            for (std::size_t s = 0; s < support_.size(); ++s)
+                values_[s] *= laplacian_.inverse_mass()[support_[s]];
         }
         const std::vector<Index> support = support_;
         const std::vector<double> values = values_;
@@ -51,9 +53,12 @@ class RingDiagonal {
                 sum += values_[s] * values_[s] * laplacian_.inverse_mass()[support_[s]];
             }
         } else {
-            for (std::size_t s = 0; s < support_.size(); ++s) next_[support_[s]] = values_[s];
-            for (std::size_t s = 0; s < support.size(); ++s) sum += values[s] * next_[support[s]];
-            for (const Index j : support_) next_[j] = 0.0;
+            for (std::size_t s = 0; s < support_.size(); ++s)
+                next_[support_[s]] = values_[s];
+            for (std::size_t s = 0; s < support.size(); ++s)
+                sum += values[s] * next_[support[s]];
+            for (const Index j : support_)
+                next_[j] = 0.0;
         }
         return sum;
     }
@@ -72,7 +77,8 @@ class RingDiagonal {
         };
         for (std::size_t s = 0; s < support_.size(); ++s) {
             add(support_[s], K.diagonal()[support_[s]] * values_[s]);
-            for (const auto& n : K.graph().neighbours(support_[s])) add(n.vertex, K.edges()[n.edge] * values_[s]);
+            for (const auto& n : K.graph().neighbours(support_[s]))
+                add(n.vertex, K.edges()[n.edge] * values_[s]);
         }
         support_ = std::move(grown);
         values_.clear();
@@ -102,15 +108,19 @@ PdeOperator::PdeOperator(Laplacian laplacian, double sigma, std::vector<double> 
         }
     }
     if (!std::isfinite(sigma) || sigma < 0.0) {
-        throw InputError(fmt::format("the coefficient sigma is {}", sigma), "sigma must be finite and not negative");
+        throw InputError(fmt::format("the coefficient sigma is {}", sigma),
+                         "sigma must be finite and not negative");
     }
-    while (!gamma_.empty() && gamma_.back() == 0.0) gamma_.pop_back();
+    while (!gamma_.empty() && gamma_.back() == 0.0)
+        gamma_.pop_back();
 }
 
 void PdeOperator::apply(const Block& u, Block& y, Workspace& workspace) const {
     const EdgeOperator<double>& K = laplacian_.stiffness();
     const Eigen::Index n = u.rows();
-    if (n != rows()) throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows(), n));
+    if (n != rows())
+        throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows(), n),
+                         "give one row a vertex, in the working order");
     y.resize(n, u.cols());
     if (gamma_.empty()) {
         y.noalias() = (sigma_ * laplacian_.mass()).asDiagonal() * u;
@@ -121,7 +131,8 @@ void PdeOperator::apply(const Block& u, Block& y, Workspace& workspace) const {
     } else {
         const Vector& D = laplacian_.inverse_mass();
         workspace.scaled.resize(n, u.cols());
-        const Block* inner = &u;  // the innermost argument of K is gamma_m u; gamma_m is multiplied in afterwards
+        const Block* inner =
+            &u;  // the innermost argument of K is gamma_m u; gamma_m is multiplied in afterwards
         double pending = gamma_.back();
         for (std::size_t i = gamma_.size() - 1; i-- > 0;) {
             K.apply(*inner, workspace.product);
@@ -150,14 +161,16 @@ Vector PdeOperator::diagonal() const {
     if (gamma_.size() >= 2 && gamma_[1] != 0.0) {
         for (Index i = 0; i < rows(); ++i) {
             double sum = D[i] * K.diagonal()[i] * K.diagonal()[i];
-            for (const auto& n : K.graph().neighbours(i)) sum += D[n.vertex] * K.edges()[n.edge] * K.edges()[n.edge];
+            for (const auto& n : K.graph().neighbours(i))
+                sum += D[n.vertex] * K.edges()[n.edge] * K.edges()[n.edge];
             diagonal[i] += gamma_[1] * sum;
         }
     }
     for (std::size_t m = 3; m <= gamma_.size(); ++m) {
         if (gamma_[m - 1] == 0.0) continue;
         RingDiagonal ring(laplacian_, static_cast<int>(m));
-        for (Index i = 0; i < rows(); ++i) diagonal[i] += gamma_[m - 1] * ring.entry(i);
+        for (Index i = 0; i < rows(); ++i)
+            diagonal[i] += gamma_[m - 1] * ring.entry(i);
     }
     return diagonal;
 }
@@ -177,7 +190,8 @@ Eigen::SparseMatrix<double> PdeOperator::to_sparse() const {
     if (sigma_ != 0.0) {
         Eigen::SparseMatrix<double> mass(rows(), rows());
         mass.reserve(Eigen::VectorXi::Ones(rows()));
-        for (Index i = 0; i < rows(); ++i) mass.insert(i, i) = sigma_ * laplacian_.mass()[i];
+        for (Index i = 0; i < rows(); ++i)
+            mass.insert(i, i) = sigma_ * laplacian_.mass()[i];
         sum += mass;
     }
     sum.makeCompressed();

@@ -30,8 +30,8 @@ ElementMatrix gradient_element(const Mesh& mesh, Index cell) {
     return std::abs(signed_measure(mesh, cell)) * (gradients * gradients.transpose());
 }
 
-// Off-diagonal entries are added as the element gives them; the diagonal is minus their sum, so that constants are in
-// the null space to the last bit that summation allows.
+// Off-diagonal entries are added as the element gives them; the diagonal is minus their sum, so that
+// constants are in the null space to the last bit that summation allows.
 template <class Element>
 EdgeOperator<double> assemble(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph, Element element) {
     Vector diagonal = Vector::Zero(graph->vertex_count());
@@ -55,8 +55,9 @@ EdgeOperator<double> assemble(const Mesh& mesh, std::shared_ptr<const EdgeGraph>
 
 void require(const Mesh& mesh, CellKind kind, const char* what) {
     if (mesh.kind() != kind) {
-        throw InputError(fmt::format("{} needs {}, but the mesh has {}", what, plural(kind), plural(mesh.kind())),
-                         "stiffness() takes cells of any kind");
+        throw InputError(
+            fmt::format("{} needs {}, but the mesh has {}", what, plural(kind), plural(mesh.kind())),
+            "stiffness() takes cells of any kind");
     }
 }
 
@@ -79,11 +80,14 @@ EdgeOperator<double> tetrahedral_stiffness(const Mesh& mesh, std::shared_ptr<con
 
 EdgeOperator<double> stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph) {
     switch (mesh.kind()) {
-        case CellKind::triangle: return cotangent_stiffness(mesh, std::move(graph));
-        case CellKind::tetrahedron: return tetrahedral_stiffness(mesh, std::move(graph));
+        case CellKind::triangle:
+            return cotangent_stiffness(mesh, std::move(graph));
+        case CellKind::tetrahedron:
+            return tetrahedral_stiffness(mesh, std::move(graph));
         case CellKind::segment:
             return assemble(mesh, std::move(graph), [&](Index c) { return gradient_element(mesh, c); });
-        case CellKind::point: break;
+        case CellKind::point:
+            break;
     }
     refuse_points();
 }
@@ -97,7 +101,8 @@ EdgeOperator<double> area_weighted_stiffness(const Mesh& mesh, std::shared_ptr<c
 
 EdgeOperator<double> combinatorial_stiffness(std::shared_ptr<const EdgeGraph> graph) {
     Vector diagonal(graph->vertex_count());
-    for (Index i = 0; i < graph->vertex_count(); ++i) diagonal[i] = graph->degree(i);
+    for (Index i = 0; i < graph->vertex_count(); ++i)
+        diagonal[i] = graph->degree(i);
     Vector edges = Vector::Constant(graph->edge_count(), -1.0);
     return {std::move(graph), std::move(diagonal), std::move(edges)};
 }

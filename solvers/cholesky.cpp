@@ -43,7 +43,8 @@ namespace {
 
 }  // namespace
 
-Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering) : factor_(std::make_unique<Factor>()) {
+Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering)
+    : factor_(std::make_unique<Factor>()) {
     cholmod_common& common = factor_->common;
     const auto n = static_cast<Index>(A.rows());
     std::vector<SuiteSparse_long> starts{0};
@@ -91,13 +92,21 @@ Cholesky::Cholesky(Cholesky&&) noexcept = default;
 Cholesky& Cholesky::operator=(Cholesky&&) noexcept = default;
 Cholesky::~Cholesky() = default;
 
-Index Cholesky::rows() const { return static_cast<Index>(factor_->factor->n); }
-double Cholesky::nonzeros() const { return factor_->nonzeros; }
-std::size_t Cholesky::memory_bytes() const { return factor_->memory; }
+Index Cholesky::rows() const {
+    return static_cast<Index>(factor_->factor->n);
+}
+double Cholesky::nonzeros() const {
+    return factor_->nonzeros;
+}
+std::size_t Cholesky::memory_bytes() const {
+    return factor_->memory;
+}
 
 void Cholesky::solve(const Block& b, Block& x) const {
     if (b.rows() != rows()) {
-        throw InputError(fmt::format("a factor of {} rows got a right-hand side of {} rows", rows(), b.rows()));
+        throw InputError(
+            fmt::format("a factor of {} rows got a right-hand side of {} rows", rows(), b.rows()),
+            "give one row an unknown");
     }
     Eigen::MatrixXd columns = b;
     cholmod_dense right{};
@@ -110,7 +119,8 @@ void Cholesky::solve(const Block& b, Block& x) const {
     right.dtype = CHOLMOD_DOUBLE;
     cholmod_dense* solution = cholmod_l_solve(CHOLMOD_A, factor_->factor, &right, &factor_->common);
     if (solution == nullptr) fail(factor_->common, rows());
-    x = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(solution->x), columns.rows(), columns.cols());
+    x = Eigen::Map<const Eigen::MatrixXd>(static_cast<const double*>(solution->x), columns.rows(),
+                                          columns.cols());
     cholmod_l_free_dense(&solution, &factor_->common);
 }
 

@@ -18,8 +18,8 @@ class Cholesky {
         metis  ///< less fill: for a factor that is used many times
     };
 
-    /// Analyses and factors. Throws SolveError where A is not positive definite (which CHOLMOD's supernodal code does
-    /// not report by its status alone) or memory does not suffice.
+    /// Analyses and factors. Throws SolveError where A is not positive definite (which CHOLMOD's supernodal
+    /// code does not report by its status alone) or memory does not suffice.
     explicit Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering = Ordering::amd);
     Cholesky(Cholesky&&) noexcept;
     Cholesky& operator=(Cholesky&&) noexcept;

@@ -29,11 +29,13 @@ Vector column_sums(Eigen::Index n, Eigen::Index k, Term term) {
         if (k == 1) {
             double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
-            for (Eigen::Index i = s * slice; i < end; ++i) sum += term(i, i);
+            for (Eigen::Index i = s * slice; i < end; ++i)
+                sum += term(i, i);
             sums[0] = sum;
         } else {
             for (Eigen::Index i = s * slice; i < end; ++i) {
-                for (Eigen::Index c = 0; c < k; ++c) sums[c] += term(i, i * k + c);
+                for (Eigen::Index c = 0; c < k; ++c)
+                    sums[c] += term(i, i * k + c);
             }
         }
     }
@@ -45,16 +47,19 @@ template <class Function>
 void for_each_number(Eigen::Index n, Eigen::Index k, Function f) {
 #pragma omp parallel for schedule(static) if (n * k > 30000)
     for (Eigen::Index i = 0; i < n; ++i) {
-        for (Eigen::Index c = 0; c < k; ++c) f(i * k + c, c);
+        for (Eigen::Index c = 0; c < k; ++c)
+            f(i * k + c, c);
     }
 }
 
 void clear_rows(std::span<const Index> rows, Block& block) {
-    for (const Index i : rows) block.row(i).setZero();
+    for (const Index i : rows)
+        block.row(i).setZero();
 }
 
-// The error in the energy norm, from the terms by which each step lowers its square: the sum of the next `delay` terms
-// bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos & Tichy 2002).
+// The error in the energy norm, from the terms by which each step lowers its square: the sum of the next
+// `delay` terms bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos &
+// Tichy 2002).
 class EnergyError {
   public:
     // All terms add up to |x* - x_0|^2; `beyond` is what is missing to the square of the solution itself.
@@ -80,7 +85,8 @@ class EnergyError {
 
 }  // namespace
 
-void masked_residual(const Product& apply, std::span<const Index> held, const Block& b, const Block& x, Block& r) {
+void masked_residual(const Product& apply, std::span<const Index> held, const Block& b, const Block& x,
+                     Block& r) {
     apply(x, r);
     r = b - r;
     clear_rows(held, r);
@@ -88,13 +94,14 @@ void masked_residual(const Product& apply, std::span<const Index> held, const Bl
 
 Vector column_norms(const Block& r, const Vector& weight) {
     const double* const values = r.data();
-    return column_sums(r.rows(), r.cols(), [&](Eigen::Index i, Eigen::Index at) {
-               return weight[i] * values[at] * values[at];
-           }).cwiseSqrt();
+    return column_sums(r.rows(), r.cols(),
+                       [&](Eigen::Index i, Eigen::Index at) { return weight[i] * values[at] * values[at]; })
+        .cwiseSqrt();
 }
 
-CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal, std::span<const Index> held,
-                             const Block& b, Block& x, const CgOptions& options) {
+CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal,
+                             std::span<const Index> held, const Block& b, Block& x,
+                             const CgOptions& options) {
     const Eigen::Index n = b.rows();
     const Eigen::Index k = b.cols();
     CgResult result;
@@ -115,7 +122,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
     {
         Block start = Block::Zero(n, k);
-        for (const Index i : held) start.row(i) = x.row(i);
+        for (const Index i : held)
+            start.row(i) = x.row(i);
         if (start != x) {
             masked_residual(apply, held, b, start, q);
             ++result.products;
@@ -150,8 +158,9 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     std::vector<char> done(static_cast<std::size_t>(k), 0);
     Vector errors = Vector::Zero(k);
     const auto check = [&](bool first) {
-        const Vector norms = energy ? Vector(k) : (options.norm == StoppingNorm::residual ? column_norms(r, weight)
-                                                                                         : Vector(rz.cwiseSqrt()));
+        const Vector norms = energy ? Vector(k)
+                                    : (options.norm == StoppingNorm::residual ? column_norms(r, weight)
+                                                                              : Vector(rz.cwiseSqrt()));
         bool all = true;
         for (Eigen::Index c = 0; c < k; ++c) {
             if (done[static_cast<std::size_t>(c)] != 0) continue;
@@ -175,7 +184,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     if (!all_done) {
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
-            for (Eigen::Index c = 0; c < k; ++c) ps[i * k + c] = P[i] * rs[i * k + c];
+            for (Eigen::Index c = 0; c < k; ++c)
+                ps[i * k + c] = P[i] * rs[i * k + c];
         }
     }
     bool indefinite = false;
@@ -207,7 +217,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         if (all_done) break;
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
-            for (Eigen::Index c = 0; c < k; ++c) ps[i * k + c] = P[i] * rs[i * k + c] + beta[c] * ps[i * k + c];
+            for (Eigen::Index c = 0; c < k; ++c)
+                ps[i * k + c] = P[i] * rs[i * k + c] + beta[c] * ps[i * k + c];
         }
     }
 

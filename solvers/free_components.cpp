@@ -15,7 +15,8 @@ Constraints hold_free_components(const Laplacian& laplacian, const Constraints& 
         return static_cast<std::size_t>(components.of_vertex[static_cast<std::size_t>(order.working(user))]);
     };
     std::vector<char> is_held(static_cast<std::size_t>(components.count), 0);
-    for (const Index v : held.vertices()) is_held[component(v)] = 1;
+    for (const Index v : held.vertices())
+        is_held[component(v)] = 1;
 
     Constraints all = held;
     const std::vector<double> zero(static_cast<std::size_t>(held.columns()), 0.0);
@@ -31,7 +32,8 @@ Constraints hold_free_components(const Laplacian& laplacian, const Constraints& 
     if (first_vertices.empty() || policy == FreeComponents::keep_at_zero) return all;
 
     const std::size_t shown = std::min<std::size_t>(first_vertices.size(), 10);
-    const std::vector<Index> named(first_vertices.begin(), first_vertices.begin() + static_cast<std::ptrdiff_t>(shown));
+    const std::vector<Index> named(first_vertices.begin(),
+                                   first_vertices.begin() + static_cast<std::ptrdiff_t>(shown));
     throw InputError(
         fmt::format("{} component{} of the mesh ha{} no constraint, with {} {}{}", first_vertices.size(),
                     first_vertices.size() == 1 ? "" : "s", first_vertices.size() == 1 ? "s" : "ve",

@@ -17,7 +17,9 @@ namespace {
 
 class Stopwatch {
   public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
 
   private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -27,8 +29,8 @@ double physical_memory() {
     return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
 }
 
-// Costs in microseconds a vertex, from the measurements in docs/solvers.md: they decide which solver is expected to be
-// done first, never what the answer is.
+// Costs in microseconds a vertex, from the measurements in docs/solvers.md: they decide which solver is
+// expected to be done first, never what the answer is.
 constexpr double cg_step = 0.03;
 constexpr double factor_surface = 6.0;       // K at 150 K vertices; grows as n^0.3
 constexpr double factor_bilaplacian = 20.0;  // K D K at 150 K vertices
@@ -40,21 +42,32 @@ constexpr double fill_surface = 40.0;
 constexpr double fill_bilaplacian = 200.0;
 
 // A graph of a solid has about seven edges a vertex, one of a surface three.
-bool is_solid(const EdgeGraph& graph) { return graph.edge_count() > 5.0 * graph.vertex_count(); }
+bool is_solid(const EdgeGraph& graph) {
+    return graph.edge_count() > 5.0 * graph.vertex_count();
+}
 
 }  // namespace
 
 void LinearSolverOptions::check() const {
     if (!(tolerance > 0.0) || !std::isfinite(tolerance)) {
-        throw InputError(fmt::format("the tolerance is {}", tolerance), "give a small positive number, such as 1e-10");
+        throw InputError(fmt::format("the tolerance is {}", tolerance),
+                         "give a small positive number, such as 1e-10");
+    }
+    if (norm == StoppingNorm::refinement) {
+        throw InputError("a solve cannot be asked to stop on its refinement",
+                         "use automatic, which does so where it can");
     }
     if (max_iterations < 1 || expected_solves < 1) {
-        throw InputError("the limit of iterations and the expected number of solves must be at least 1");
+        throw InputError("the limit of iterations or the expected number of solves is less than 1",
+                         "allow at least one");
     }
 }
 
 LinearSolver::LinearSolver(PdeOperator A, LinearSolverOptions options)
-    : A_(std::move(A)), options_(options), diagonal_(A_.diagonal()), inverse_diagonal_(Vector::Ones(A_.rows())) {
+    : A_(std::move(A)),
+      options_(options),
+      diagonal_(A_.diagonal()),
+      inverse_diagonal_(Vector::Ones(A_.rows())) {
     options_.check();
     for (Index i = 0; i < A_.rows(); ++i) {
         if (diagonal_[i] > 0.0) {
@@ -102,23 +115,27 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
     const double factor = (bilaplacian ? factor_bilaplacian : factor_surface) *
                           (solid ? per_vertex * per_vertex / (fill_surface * fill_surface)
                                  : std::pow(n / size_of_measurement, 0.3));
-    const double direct = factor + solves * direct_solve * columns * (solid ? per_vertex / fill_surface : 1.0);
+    const double direct =
+        factor + solves * direct_solve * columns * (solid ? per_vertex / fill_surface : 1.0);
     if (cg < direct) {
-        return {SolverKind::cg, fmt::format("about {:.0f} iterations for each of {} solves cost less than a factor",
-                                            std::ceil(iterations), options_.expected_solves)};
+        return {SolverKind::cg,
+                fmt::format("about {:.0f} iterations for each of {} solves cost less than a factor",
+                            std::ceil(iterations), options_.expected_solves)};
     }
-    return {SolverKind::cholesky,
-            fmt::format("a factor costs less than {} solves of about {:.0f} iterations", options_.expected_solves,
-                        std::ceil(iterations))};
+    return {SolverKind::cholesky, fmt::format("a factor costs less than {} solves of about {:.0f} iterations",
+                                              options_.expected_solves, std::ceil(iterations))};
 }
 
 LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block& x) {
     if (b.rows() != A_.rows() || x.rows() != A_.rows() || x.cols() != b.cols()) {
-        throw InputError(fmt::format("a solve of {} vertices got b of {} x {} and x of {} x {}", A_.rows(), b.rows(),
-                                     b.cols(), x.rows(), x.cols()));
+        throw InputError(fmt::format("a solve of {} vertices got b of {} x {} and x of {} x {}", A_.rows(),
+                                     b.rows(), b.cols(), x.rows(), x.cols()),
+                         "give both one row a vertex and the same columns");
     }
     if (!held.empty() && held.columns() != b.cols()) {
-        throw InputError(fmt::format("constraints of {} columns for a right-hand side of {}", held.columns(), b.cols()));
+        throw InputError(
+            fmt::format("constraints of {} columns for a right-hand side of {}", held.columns(), b.cols()),
+            "make both of the same width");
     }
     held.check_range(A_.rows());
     held.impose(x);
@@ -134,7 +151,8 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
 
     const auto unknowns = static_cast<Index>(A_.rows() - static_cast<Index>(masked.size()));
     const Choice choice = choose(unknowns, static_cast<Index>(b.cols()));
-    LinearSummary summary = choice.kind == SolverKind::cg ? solve_cg(b, masked, x) : solve_cholesky(b, masked, x);
+    LinearSummary summary =
+        choice.kind == SolverKind::cg ? solve_cg(b, masked, x) : solve_cholesky(b, masked, x);
     summary.why = choice.why;
     summary.tolerance = options_.tolerance;
     summary.unknowns = unknowns;
@@ -180,7 +198,8 @@ void LinearSolver::factor(const std::vector<Index>& held) {
     factor_.reset();
     if (matrix_.rows() == 0) matrix_ = A_.to_sparse();
     std::vector<Index> row_of_vertex(static_cast<std::size_t>(A_.rows()), 0);
-    for (const Index v : held) row_of_vertex[static_cast<std::size_t>(v)] = -1;
+    for (const Index v : held)
+        row_of_vertex[static_cast<std::size_t>(v)] = -1;
     free_.clear();
     for (Index v = 0; v < A_.rows(); ++v) {
         Index& row = row_of_vertex[static_cast<std::size_t>(v)];
@@ -200,14 +219,15 @@ void LinearSolver::factor(const std::vector<Index>& held) {
         }
     }
     A_ff.finalize();
-    factor_.emplace(A_ff, options_.expected_solves >= 3 ? Cholesky::Ordering::metis : Cholesky::Ordering::amd);
+    factor_.emplace(A_ff,
+                    options_.expected_solves >= 3 ? Cholesky::Ordering::metis : Cholesky::Ordering::amd);
     factored_held_ = held;
 }
 
 LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x) {
     LinearSummary summary;
     summary.solver = "cholesky";
-    summary.norm = StoppingNorm::scaled_residual;
+    summary.norm = A_.order() >= 2 ? StoppingNorm::refinement : StoppingNorm::scaled_residual;
     summary.reason = StopReason::converged;
     if (static_cast<Index>(held.size()) == A_.rows()) return summary;
 
@@ -229,16 +249,18 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
     const auto relative_residual = [&](const Vector& load) {
         const Vector norms = column_norms(r, inverse_diagonal_);
         double worst = 0.0;
-        for (Eigen::Index c = 0; c < norms.size(); ++c) worst = std::max(worst, load[c] > 0.0 ? norms[c] / load[c] : 0.0);
+        for (Eigen::Index c = 0; c < norms.size(); ++c)
+            worst = std::max(worst, load[c] > 0.0 ? norms[c] / load[c] : 0.0);
         return std::isfinite(norms.sum()) ? worst : std::numeric_limits<double>::infinity();
     };
 
-    // The first pass solves for the whole change from the start; each later one refines with the matrix-free residual.
-    // For K D K the residual says little, so there the size of the last refinement is the error.
+    // The first pass solves for the whole change from the start; each later one refines with the matrix-free
+    // residual. For K D K the residual says little, so there the size of the last refinement is the error.
     masked_residual(product, held, b, x, r);
     ++summary.products;
     Block start = Block::Zero(x.rows(), x.cols());
-    for (const Index v : held) start.row(v) = x.row(v);
+    for (const Index v : held)
+        start.row(v) = x.row(v);
     Vector load;
     if (start == x) {
         load = column_norms(r, inverse_diagonal_);
@@ -252,9 +274,11 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
     constexpr int most_passes = 8;
     double last = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < most_passes; ++pass) {
-        for (Eigen::Index v = 0; v < n; ++v) r_free.row(v) = r.row(free_[static_cast<std::size_t>(v)]);
+        for (Eigen::Index v = 0; v < n; ++v)
+            r_free.row(v) = r.row(free_[static_cast<std::size_t>(v)]);
         factor_->solve(r_free, correction);
-        for (Eigen::Index v = 0; v < n; ++v) x.row(free_[static_cast<std::size_t>(v)]) += correction.row(v);
+        for (Eigen::Index v = 0; v < n; ++v)
+            x.row(free_[static_cast<std::size_t>(v)]) += correction.row(v);
         masked_residual(product, held, b, x, r);
         ++summary.products;
         summary.relative_residual = relative_residual(load);
@@ -283,7 +307,8 @@ void LinearSolver::reaction(const Block& b, const Block& x, const Constraints& h
     A_.apply(x, residual);
     residual -= b;
     f = Block::Zero(x.rows(), x.cols());
-    for (const Index v : held.vertices()) f.row(v) = residual.row(v);
+    for (const Index v : held.vertices())
+        f.row(v) = residual.row(v);
 }
 
 }  // namespace beltrami

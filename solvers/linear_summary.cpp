@@ -10,20 +10,30 @@ namespace beltrami {
 
 std::string_view name(StoppingNorm norm) {
     switch (norm) {
-        case StoppingNorm::automatic: return "automatic";
-        case StoppingNorm::residual: return "residual";
-        case StoppingNorm::scaled_residual: return "scaled residual";
-        case StoppingNorm::energy_error: return "energy error";
+        case StoppingNorm::automatic:
+            return "automatic";
+        case StoppingNorm::residual:
+            return "residual";
+        case StoppingNorm::scaled_residual:
+            return "scaled residual";
+        case StoppingNorm::energy_error:
+            return "energy error";
+        case StoppingNorm::refinement:
+            return "last refinement";
     }
     return "";
 }
 
 std::string_view sentence(StopReason reason) {
     switch (reason) {
-        case StopReason::converged: return "converged";
-        case StopReason::iteration_limit: return "the limit of iterations was reached";
-        case StopReason::stagnated: return "rounding keeps the error from falling further";
-        case StopReason::not_definite: return "the operator is not positive definite on the free vertices";
+        case StopReason::converged:
+            return "converged";
+        case StopReason::iteration_limit:
+            return "the limit of iterations was reached";
+        case StopReason::stagnated:
+            return "rounding keeps the error from falling further";
+        case StopReason::not_definite:
+            return "the operator is not positive definite on the free vertices";
     }
     return "";
 }
@@ -46,7 +56,8 @@ std::string LinearSummary::full() const {
         "seconds            {:.3f} set-up, {:.3f} solve\n"
         "memory             {:.1f} MB\n",
         solver, why, sentence(reason), error, name(norm), tolerance, relative_residual, iterations, products,
-        factorizations, unknowns, columns, setup_seconds, solve_seconds, static_cast<double>(memory_bytes) / 1e6);
+        factorizations, unknowns, columns, setup_seconds, solve_seconds,
+        static_cast<double>(memory_bytes) / 1e6);
 }
 
 void LinearSummary::add(const LinearSummary& later) {
@@ -73,11 +84,12 @@ void LinearSummary::add(const LinearSummary& later) {
 
 void require_converged(const LinearSummary& summary) {
     if (summary.converged) return;
-    throw SolveError(fmt::format("the {} solve stopped at {:.1e} ({}) after {} iterations, short of {:.1e}: {}",
-                                 summary.solver, summary.error, name(summary.norm), summary.iterations,
-                                 summary.tolerance, sentence(summary.reason)),
-                     summary.solver == "cg" ? "try the solver cholesky, a larger tolerance or more iterations"
-                                            : "look at the mesh with `beltrami info`: slivers make operators singular");
+    throw SolveError(
+        fmt::format("the {} solve stopped at {:.1e} ({}) after {} iterations, short of {:.1e}: {}",
+                    summary.solver, summary.error, name(summary.norm), summary.iterations, summary.tolerance,
+                    sentence(summary.reason)),
+        summary.solver == "cg" ? "try the solver cholesky, a larger tolerance or more iterations"
+                               : "look at the mesh with `beltrami info`: slivers make operators singular");
 }
 
 }  // namespace beltrami

@@ -8,14 +8,17 @@
 
 namespace beltrami {
 
-/// In which norm, and against what, a solve is stopped. r = b - A x on the free vertices, r_0 the same with the free
-/// values at zero (so constraints count as load), P = diag(A).
+/// In which norm, and against what, a solve is stopped. r = b - A x on the free vertices, r_0 the same with
+/// the free values at zero (so constraints count as load), P = diag(A).
 enum class StoppingNorm {
-    automatic,    ///< energy_error for operators with K D K, scaled_residual for all others
+    automatic,        ///< energy_error for operators with K D K, scaled_residual for all others
     residual,         ///< |r|_2 / |r_0|_2
-    scaled_residual,  ///< (r^T P^-1 r)^(1/2) / (r_0^T P^-1 r_0)^(1/2): blind to units and to slivers' large entries
-    energy_error      ///< an estimate of |x - x*|_A / |x*|_A; conjugate gradients only. A small residual of K D K says
-                      ///< little about x, this does
+    scaled_residual,  ///< (r^T P^-1 r)^(1/2) / (r_0^T P^-1 r_0)^(1/2): blind to units and to slivers' large
+                      ///< entries
+    energy_error,  ///< an estimate of |x - x*|_A / |x*|_A; conjugate gradients only. A small residual of K D
+                   ///< K says little about x, this does
+    refinement  ///< the largest change of the last refinement over the largest |x|: how a direct solve of an
+                ///< operator with K D K is judged
 };
 std::string_view name(StoppingNorm norm);
 
@@ -29,10 +32,11 @@ struct LinearSummary {
     bool converged = false;
     StoppingNorm norm = StoppingNorm::scaled_residual;
     double tolerance = 0.0;
-    double error = 0.0;              ///< in `norm`, the largest of the columns, when the solve stopped
-    double relative_residual = 0.0;  ///< the scaled residual, computed afresh from x; the largest of the columns
-    int iterations = 0;              ///< of conjugate gradients, or of refinement after a direct solve
-    long products = 0;               ///< with A
+    double error = 0.0;  ///< in `norm`, the largest of the columns, when the solve stopped
+    double relative_residual =
+        0.0;             ///< the scaled residual, computed afresh from x; the largest of the columns
+    int iterations = 0;  ///< of conjugate gradients, or of refinement after a direct solve
+    long products = 0;   ///< with A
     int factorizations = 0;
     Index unknowns = 0;  ///< free vertices
     Index columns = 0;

@@ -13,7 +13,8 @@ namespace {
 
 void require_not_negative(double value, const char* what) {
     if (!std::isfinite(value) || value < 0.0) {
-        throw InputError(fmt::format("{} is {}", what, value), "give a number that is finite and not negative");
+        throw InputError(fmt::format("{} is {}", what, value),
+                         "give a number that is finite and not negative");
     }
 }
 
@@ -21,9 +22,12 @@ void require_not_negative(double value, const char* what) {
 
 std::string_view name(TimeMethod method) {
     switch (method) {
-        case TimeMethod::backward_euler: return "backward-euler";
-        case TimeMethod::implicit_midpoint: return "midpoint";
-        case TimeMethod::bdf2: return "bdf2";
+        case TimeMethod::backward_euler:
+            return "backward-euler";
+        case TimeMethod::implicit_midpoint:
+            return "midpoint";
+        case TimeMethod::bdf2:
+            return "bdf2";
     }
     return "";
 }
@@ -32,7 +36,8 @@ void Pde::check() const {
     require_not_negative(alpha, "the coefficient alpha");
     require_not_negative(beta_1, "the damping beta_1");
     require_not_negative(beta_2, "the damping beta_2");
-    for (const double g : gamma) require_not_negative(g, "a coefficient gamma");
+    for (const double g : gamma)
+        require_not_negative(g, "a coefficient gamma");
     if (alpha == 0.0 && beta_1 == 0.0) {
         throw InputError("the PDE has no time derivative: alpha and beta_1 are both 0",
                          "set beta_1 = 1 for heat, alpha = 1 for waves");
@@ -47,11 +52,16 @@ TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions 
     if (!std::isfinite(options_.step) || options_.step <= 0.0) {
         throw InputError(fmt::format("the time step is {}", options_.step), "give a positive number");
     }
-    if (options_.steps < 1) throw InputError(fmt::format("{} time steps", options_.steps), "take at least one");
+    if (options_.steps < 1)
+        throw InputError(fmt::format("{} time steps", options_.steps), "take at least one");
     options_.linear.expected_solves = options_.steps;
     switch (options_.method) {
-        case TimeMethod::backward_euler: main_ = make_solver({1.0, 1.0}); break;
-        case TimeMethod::implicit_midpoint: main_ = make_solver({2.0, 0.5}); break;
+        case TimeMethod::backward_euler:
+            main_ = make_solver({1.0, 1.0});
+            break;
+        case TimeMethod::implicit_midpoint:
+            main_ = make_solver({2.0, 0.5});
+            break;
         case TimeMethod::bdf2:
             main_ = make_solver({1.5, 2.0 / 3.0});
             options_.linear.expected_solves = 1;
@@ -65,15 +75,17 @@ std::unique_ptr<LinearSolver> TimeIntegrator::make_solver(Weights weights) const
     const double dt = options_.step;
     const double sigma = weights.c_m * pde_.alpha / dt + pde_.beta_1;
     std::vector<double> gamma = pde_.gamma;
-    for (double& g : gamma) g *= pde_.beta_2 + weights.c_k * dt;
+    for (double& g : gamma)
+        g *= pde_.beta_2 + weights.c_k * dt;
     return std::make_unique<LinearSolver>(PdeOperator(laplacian_, sigma, std::move(gamma)), options_.linear);
 }
 
 void TimeIntegrator::set_state(Block u, Block v) {
     const Index n = laplacian_.vertex_count();
     if (u.rows() != n || v.rows() != n || u.cols() != v.cols()) {
-        throw InputError(fmt::format("a state of {} x {} and {} x {} for {} vertices", u.rows(), u.cols(), v.rows(),
-                                     v.cols(), n));
+        throw InputError(fmt::format("a state of {} x {} and {} x {} for {} vertices", u.rows(), u.cols(),
+                                     v.rows(), v.cols(), n),
+                         "give u and v one row a vertex and the same columns");
     }
     u_ = std::move(u);
     v_ = std::move(v);
@@ -93,11 +105,13 @@ void TimeIntegrator::set_state(Block u) {
 void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     if (f != nullptr && (f->rows() != u_.rows() || f->cols() != u_.cols())) {
         throw InputError(fmt::format("a load of {} x {} for a state of {} x {}", f->rows(), f->cols(),
-                                     u_.rows(), u_.cols()));
+                                     u_.rows(), u_.cols()),
+                         "give the load the shape of u");
     }
     if (!held.empty() && held.columns() != u_.cols()) {
         throw InputError(
-            fmt::format("constraints of {} columns for a state of {}", held.columns(), u_.cols()));
+            fmt::format("constraints of {} columns for a state of {}", held.columns(), u_.cols()),
+            "make both of the same width");
     }
     const double dt = options_.step;
     const Vector& M = laplacian_.mass();
@@ -137,7 +151,8 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     solver.reaction(load, w, held_velocity, reaction_);
 
     u_before_ = std::exchange(u_, base + reach * w);
-    // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry on.
+    // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry
+    // on.
     if (options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0) w = 2.0 * w - v_;
     v_before_ = std::exchange(v_, std::move(w));
     ++step_count_;
@@ -146,8 +161,9 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
 Vector TimeIntegrator::energy() const {
     Block stretched;
     stiffness_.apply(u_, stretched);
-    const Vector kinetic = 0.5 * pde_.alpha *
-                           (laplacian_.mass().asDiagonal() * v_.cwiseAbs2()).eval().colwise().sum().transpose();
+    const Vector kinetic =
+        0.5 * pde_.alpha *
+        (laplacian_.mass().asDiagonal() * v_.cwiseAbs2()).eval().colwise().sum().transpose();
     return kinetic + 0.5 * u_.cwiseProduct(stretched).colwise().sum().transpose();
 }
 

@@ -8,19 +8,24 @@ void add_heat(CLI::App& program, Run& run) {
         std::vector<std::string> source;
         std::vector<std::string> initial;
     };
-    auto* const command = program.add_subcommand("heat", "heat that spreads from held and initial temperatures");
+    auto* const command =
+        program.add_subcommand("heat", "heat that spreads from held and initial temperatures");
     run.add_options(*command, {});
     auto options = std::make_shared<Options>();
-    command->add_option("--source", options->source, "a vertex held at a temperature")->option_text("V=T ...");
-    command->add_option("--initial", options->initial, "a vertex's temperature at the start")->option_text("V=T ...");
+    command->add_option("--source", options->source, "a vertex held at a temperature")
+        ->option_text("V=T ...");
+    command->add_option("--initial", options->initial, "a vertex's temperature at the start")
+        ->option_text("V=T ...");
     add_simulate_options(*command, *options, {"backward-euler", "bdf2"});
     command->callback([&run, options] {
         if (!options->series.empty()) run.also_writes(options->series);
         const Mesh mesh = run.load_mesh();
         Block start = field_or_zero(mesh, options->initial_field, 1);
         const auto columns = static_cast<Index>(start.cols());
-        const Constraints initial = parse_values("--initial", options->initial, {}, columns, mesh.vertex_count());
-        const Constraints sources = parse_values("--source", options->source, {}, columns, mesh.vertex_count());
+        const Constraints initial =
+            parse_values("--initial", options->initial, {}, columns, mesh.vertex_count());
+        const Constraints sources =
+            parse_values("--source", options->source, {}, columns, mesh.vertex_count());
         if (initial.empty() && sources.empty() && options->initial_field.empty()) {
             throw InputError("there is no heat: neither a source nor an initial temperature is given",
                              "hold a vertex at a temperature with --source VERTEX=100");
@@ -29,9 +34,8 @@ void add_heat(CLI::App& program, Run& run) {
         const Laplacian laplacian = run.build(mesh);
         // Heat reaches about sqrt(4 t): half the mesh's extent.
         const double reach = 0.5 * extent(mesh);
-        run_simulation(run, *options, mesh, 0.25 * reach * reach, [&](const EvolveOptions& evolve) {
-            return heat(laplacian, start, sources, evolve);
-        });
+        run_simulation(run, *options, mesh, 0.25 * reach * reach,
+                       [&](const EvolveOptions& evolve) { return heat(laplacian, start, sources, evolve); });
     });
 }
 

@@ -11,15 +11,19 @@ void add_interpolate(CLI::App& program, Run& run) {
         std::optional<double> bilaplacian;
         bool keep = false;
     };
-    auto* const command =
-        program.add_subcommand("interpolate", "the smoothest field that takes given values at given vertices");
+    auto* const command = program.add_subcommand(
+        "interpolate", "the smoothest field that takes given values at given vertices");
     run.add_options(*command, {});
     auto options = std::make_shared<Options>();
     command->add_option("--fix", options->fix, "a vertex and its value")->option_text("V=x[,y,z] ...");
     command->add_option("--fix-file", options->fix_file, "rows vertex,x[,y,z]")->option_text("FILE.csv");
-    command->add_option("--laplacian", options->laplacian, "weight of the Laplacian (default: 1 if neither is given)")
+    command
+        ->add_option("--laplacian", options->laplacian,
+                     "weight of the Laplacian (default: 1 if neither is given)")
         ->option_text("G1");
-    command->add_option("--bilaplacian", options->bilaplacian, "weight of the bi-Laplacian, in length^2 (default: 0)")
+    command
+        ->add_option("--bilaplacian", options->bilaplacian,
+                     "weight of the bi-Laplacian, in length^2 (default: 0)")
         ->option_text("G2");
     add_free_components(*command, options->keep);
     command->callback([&run, options] {
@@ -33,7 +37,8 @@ void add_interpolate(CLI::App& program, Run& run) {
         interpolation.free_components = free_components(options->keep);
         interpolation.linear = run.linear_options();
         const Laplacian laplacian = run.build(mesh);
-        const InterpolateResult result = run.timed("solve", [&] { return interpolate(laplacian, fixed, interpolation); });
+        const InterpolateResult result =
+            run.timed("solve", [&] { return interpolate(laplacian, fixed, interpolation); });
         run.record(result.summary);
         run.write(mesh, {{"value", result.value}});
         run.finish();

@@ -221,7 +221,7 @@ Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) 
 }
 
 Image side_by_side(const std::vector<Image>& images, int columns) {
-    if (images.empty()) throw InputError("there are no pictures to put side by side");
+    if (images.empty()) throw InputError("there are no pictures to put side by side", "give at least one");
     if (columns < 1) {
         throw InputError(fmt::format("pictures cannot stand in {} columns", columns),
                          "give at least one column");

@@ -14,7 +14,7 @@ namespace {
 
 void check(cairo_status_t status, const std::string& what) {
     if (status == CAIRO_STATUS_SUCCESS) return;
-    throw InputError(fmt::format("{}: {}", what, cairo_status_to_string(status)));
+    throw InputError(fmt::format("{}: {}", what, cairo_status_to_string(status)), "a smaller picture may do");
 }
 
 cairo_status_t append(void* text, const unsigned char* data, unsigned length) {

@@ -12,16 +12,20 @@ void add_poisson(CLI::App& program, Run& run) {
         std::string rhs_gradient;
         bool keep = false;
     };
-    auto* const command = program.add_subcommand("poisson", "Laplacian of u = f, with u given at some vertices");
+    auto* const command =
+        program.add_subcommand("poisson", "Laplacian of u = f, with u given at some vertices");
     run.add_options(*command, {});
     auto options = std::make_shared<Options>();
     command->add_option("--fix", options->fix, "a vertex and its value")->option_text("V=x ...");
     command->add_option("--fix-file", options->fix_file, "rows vertex,x")->option_text("FILE.csv");
-    command->add_option("--fix-boundary", options->fix_boundary, "the value on the whole boundary")->option_text("X");
+    command->add_option("--fix-boundary", options->fix_boundary, "the value on the whole boundary")
+        ->option_text("X");
     auto* const field =
-        command->add_option("--rhs-field", options->rhs_field, "f: a vertex field of the file")->option_text("NAME");
-    command->add_option("--rhs-gradient", options->rhs_gradient,
-                        "f = div of this vector field of the file: u is what it is closest to the gradient of")
+        command->add_option("--rhs-field", options->rhs_field, "f: a vertex field of the file")
+            ->option_text("NAME");
+    command
+        ->add_option("--rhs-gradient", options->rhs_gradient,
+                     "f = div of this vector field of the file: u is what it is closest to the gradient of")
         ->option_text("NAME")
         ->excludes(field);
     add_free_components(*command, options->keep);
@@ -31,11 +35,13 @@ void add_poisson(CLI::App& program, Run& run) {
         const Block rhs = from_gradient ? mesh.field(options->rhs_gradient).values
                                         : field_or_zero(mesh, options->rhs_field, 1);
         if (from_gradient && rhs.cols() != 3) {
-            throw InputError(fmt::format("--rhs-gradient {} has {} columns", options->rhs_gradient, rhs.cols()),
-                             "give a field of vectors, or use --rhs-field");
+            throw InputError(
+                fmt::format("--rhs-gradient {} has {} columns", options->rhs_gradient, rhs.cols()),
+                "give a field of vectors, or use --rhs-field");
         }
         const Index columns = from_gradient ? 1 : static_cast<Index>(rhs.cols());
-        Constraints fixed = parse_values("--fix", options->fix, options->fix_file, columns, mesh.vertex_count());
+        Constraints fixed =
+            parse_values("--fix", options->fix, options->fix_file, columns, mesh.vertex_count());
         if (options->fix_boundary) {
             const std::vector<Index> boundary = boundary_vertices(mesh);
             if (boundary.empty()) {

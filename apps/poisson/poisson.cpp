@@ -26,7 +26,9 @@ PoissonResult solve(const Laplacian& laplacian, const Block& load, const Constra
 PoissonResult poisson(const Laplacian& laplacian, const Block& f, const Constraints& fixed,
                       const PoissonOptions& options) {
     if (f.rows() != laplacian.vertex_count()) {
-        throw InputError(fmt::format("a right-hand side of {} rows for {} vertices", f.rows(), laplacian.vertex_count()));
+        throw InputError(
+            fmt::format("a right-hand side of {} rows for {} vertices", f.rows(), laplacian.vertex_count()),
+            "give a value for each vertex");
     }
     const Block load = -(laplacian.mass().asDiagonal() * laplacian.order().to_working(f));
     return solve(laplacian, load, fixed, options);

@@ -1,4 +1,5 @@
-// The program `beltrami`: command lines in, files out. What the commands do is in the library; see */command.cpp.
+// The program `beltrami`: command lines in, files out. What the commands do is in the library; see
+// */command.cpp.
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -27,7 +28,8 @@ int run_program(int argc, char** argv) {
     CLI::App program("Heat, waves and interpolation on meshes, by sparse PDE solvers.", "beltrami");
     program.set_version_flag("--version", "beltrami " BELTRAMI_VERSION);
     program.require_subcommand(1);
-    program.footer("beltrami COMMAND --help tells a command's options.\nBuilt-in shapes, for MESH:\n" + shapes::list());
+    program.footer("beltrami COMMAND --help tells a command's options.\nBuilt-in shapes, for MESH:\n" +
+                   shapes::list());
     Run run;
     cancel_on_signal(run.cancellable());
     add_info(program, run);
@@ -59,6 +61,7 @@ int main(int argc, char** argv) {
     } catch (const std::bad_alloc&) {
         return complain("this machine's memory does not suffice", "use a smaller mesh, or --solver cg", 3);
     } catch (const std::exception& error) {
-        return complain(error.what(), "this is a defect of beltrami; please report it with the command line", 1);
+        return complain(error.what(), "this is a defect of beltrami; please report it with the command line",
+                        1);
     }
 }

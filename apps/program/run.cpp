@@ -21,7 +21,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 // A bar on a terminal, lines in a log; nothing for work that is over at once.
 class ProgressDisplay {
@@ -37,13 +39,14 @@ class ProgressDisplay {
         if (terminal_) {
             if (now - last_ < 0.1) return;
             const int filled = static_cast<int>(30.0 * report.fraction);
-            fmt::print(stderr, "\r{} [{:<30}] {:3.0f} %  {:.0f} s ", report.phase, std::string(static_cast<std::size_t>(filled), '='),
-                       100.0 * report.fraction, now);
+            fmt::print(stderr, "\r{} [{:<30}] {:3.0f} %  {:.0f} s ", report.phase,
+                       std::string(static_cast<std::size_t>(filled), '='), 100.0 * report.fraction, now);
             std::fflush(stderr);
             drawn_ = true;
         } else {
             if (now - last_ < 5.0) return;
-            fmt::print(stderr, "progress: {} {:.0f} % after {:.0f} s\n", report.phase, 100.0 * report.fraction, now);
+            fmt::print(stderr, "progress: {} {:.0f} % after {:.0f} s\n", report.phase,
+                       100.0 * report.fraction, now);
         }
         last_ = now;
     }
@@ -68,7 +71,8 @@ std::size_t peak_memory_bytes() {
 
 std::string range_text(const Field& field) {
     if (field.values.cols() == 1) {
-        return fmt::format("{} from {:.6g} to {:.6g}", field.name, field.values.minCoeff(), field.values.maxCoeff());
+        return fmt::format("{} from {:.6g} to {:.6g}", field.name, field.values.minCoeff(),
+                           field.values.maxCoeff());
     }
     const Vector lengths = field.values.rowwise().norm();
     return fmt::format("{} of length {:.6g} to {:.6g}", field.name, lengths.minCoeff(), lengths.maxCoeff());
@@ -116,9 +120,11 @@ void Run::add_options(CLI::App& command, Wants wants) {
             .add_option("--view", view_.view,
                         "from where the picture looks: front, back, left, right, top, bottom, iso or x,y,z")
             ->option_text("NAME");
-        command.add_option("--up", view_.up, "the axis that points up in the picture: x, y or z (default: y)")
+        command
+            .add_option("--up", view_.up, "the axis that points up in the picture: x, y or z (default: y)")
             ->option_text("AXIS");
-        command.add_option("--range", range_, "the ends of the picture's colour scale (default: by the values)")
+        command
+            .add_option("--range", range_, "the ends of the picture's colour scale (default: by the values)")
             ->delimiter(',')
             ->expected(2)
             ->option_text("LOW,HIGH");
@@ -130,17 +136,21 @@ void Run::add_options(CLI::App& command, Wants wants) {
             ->check(CLI::IsMember({"auto", "cg", "cholesky"}))
             ->option_text("NAME");
         command.add_option("--tolerance", tolerance_, "where solves stop (default: 1e-10)")->option_text("X");
-        command.add_option("--max-iterations", max_iterations_, "the limit for cg (default: 50000)")->option_text("N");
+        command.add_option("--max-iterations", max_iterations_, "the limit for cg (default: 50000)")
+            ->option_text("N");
     }
     auto* const quiet = command.add_flag("--quiet", quiet_, "print errors and warnings only");
-    command.add_flag("--verbose", verbose_, "print everything that is known of the mesh and the solve")->excludes(quiet);
+    command.add_flag("--verbose", verbose_, "print everything that is known of the mesh and the solve")
+        ->excludes(quiet);
     command.parse_complete_callback([this, &command, wants] {
         command_ = command.get_name();
         wants_output_ = wants.output;
     });
 }
 
-void Run::also_writes(const std::filesystem::path& path) { other_outputs_.push_back(path); }
+void Run::also_writes(const std::filesystem::path& path) {
+    other_outputs_.push_back(path);
+}
 
 Mesh Run::load_mesh() {
     summary_["command"] = command_;
@@ -151,11 +161,13 @@ Mesh Run::load_mesh() {
     if (!output_.empty()) check_writable_mesh(output_);
     if (!picture_.empty()) {
         check_writable(picture_);
-        if (!picture_.ends_with(".png")) throw InputError("--picture " + picture_ + " is not a .png", "name it FILE.png");
+        if (!picture_.ends_with(".png"))
+            throw InputError("--picture " + picture_ + " is not a .png", "name it FILE.png");
         camera_from(view_.view, view_.up);  // throws for a direction that is not one
     }
     if (!summary_file_.empty()) check_writable(summary_file_);
-    for (const auto& path : other_outputs_) check_writable(path);
+    for (const auto& path : other_outputs_)
+        check_writable(path);
     if (threads_ < 0) throw InputError(fmt::format("{} threads", threads_), "use one or more");
     if (threads_ > 0) {
         omp_set_num_threads(threads_);
@@ -172,7 +184,8 @@ Mesh Run::load_mesh() {
     summary_["mesh"] = to_json(found);
     summary_["mesh"]["source"] = mesh_argument_;
     say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));
-    for (const std::string& note : mesh.notes()) say("", note);
+    for (const std::string& note : mesh.notes())
+        say("", note);
     if (verbose_ && command_ != "info") fmt::print("{}", full_report(found));
     return mesh;
 }
@@ -181,8 +194,9 @@ Laplacian Run::build(const Mesh& mesh) {
     const Phase phase(*this, "build");
     Laplacian laplacian(mesh);
     if (laplacian.left_out_cells() > 0) {
-        warn(fmt::format("{} of {} {} have no {} and are left out", laplacian.left_out_cells(), mesh.cell_count(),
-                         plural(mesh.kind()), mesh.kind() == CellKind::tetrahedron ? "volume" : "area"));
+        warn(fmt::format("{} of {} {} have no {} and are left out", laplacian.left_out_cells(),
+                         mesh.cell_count(), plural(mesh.kind()),
+                         mesh.kind() == CellKind::tetrahedron ? "volume" : "area"));
     }
     if (laplacian.isolated_vertices() > 0) {
         warn(fmt::format("{} isolated vertices keep their initial value", laplacian.isolated_vertices()));

@@ -1,9 +1,9 @@
-// One run of the program: the options every command has, the mesh, phases with their seconds, progress and cancel,
-// outputs, and the summary.
+// One run of the program: the options every command has, the mesh, phases with their seconds, progress and
+// cancel, outputs, and the summary.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <filesystem>
@@ -70,8 +70,9 @@ class Run {
 
     using Drawing = std::function<Image(const PictureOptions&)>;
 
-    /// Records the least and greatest value of each field, writes -o and --picture (of the first field, unless
-    /// `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value that is not finite.
+    /// Records the least and greatest value of each field, writes -o and --picture (of the first field,
+    /// unless `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value
+    /// that is not finite.
     void write(const Mesh& mesh, const Fields& fields, const Drawing& drawing = {});
     [[nodiscard]] bool wants_picture() const { return !picture_.empty(); }
     /// Writes --summary. The last thing a command does.

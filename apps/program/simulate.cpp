@@ -8,19 +8,26 @@
 
 namespace beltrami::program {
 
-void add_simulate_options(CLI::App& command, SimulateOptions& options, const std::vector<std::string>& methods) {
+void add_simulate_options(CLI::App& command, SimulateOptions& options,
+                          const std::vector<std::string>& methods) {
     options.method = methods.front();
-    command.add_option("--initial-field", options.initial_field, "u at the start: a vertex field of the file")
+    command
+        .add_option("--initial-field", options.initial_field, "u at the start: a vertex field of the file")
         ->option_text("NAME");
-    command.add_option("--time", options.time, "how long (default: by the size of the mesh)")->option_text("T");
-    command.add_option("--steps", options.steps, fmt::format("in how many steps (default: {})", options.steps))
+    command.add_option("--time", options.time, "how long (default: by the size of the mesh)")
+        ->option_text("T");
+    command
+        .add_option("--steps", options.steps, fmt::format("in how many steps (default: {})", options.steps))
         ->option_text("N");
-    command.add_option("--method", options.method,
-                       fmt::format("{} (default: {})", fmt::join(methods, " or "), methods.front()))
+    command
+        .add_option("--method", options.method,
+                    fmt::format("{} (default: {})", fmt::join(methods, " or "), methods.front()))
         ->check(CLI::IsMember(methods))
         ->option_text("NAME");
-    command.add_option("--series", options.series, "every step, as ParaView opens it")->option_text("OUT.pvd");
-    command.add_option("--every", options.every, "keep each N-th step of the series (default: 1)")->option_text("N");
+    command.add_option("--series", options.series, "every step, as ParaView opens it")
+        ->option_text("OUT.pvd");
+    command.add_option("--every", options.every, "keep each N-th step of the series (default: 1)")
+        ->option_text("N");
 }
 
 double extent(const Mesh& mesh) {
@@ -45,7 +52,8 @@ class Sheet {
 
     void add(const Frame& frame) {
         const int last = static_cast<int>(moments_.size());
-        if (frame.step > 0 && frame.step * moments >= (last + 1) * steps_) moments_.push_back({frame.time, frame.u});
+        if (frame.step > 0 && frame.step * moments >= (last + 1) * steps_)
+            moments_.push_back({frame.time, frame.u});
     }
 
     [[nodiscard]] Image draw(const Mesh& mesh, PictureOptions options) const {
@@ -67,7 +75,8 @@ class Sheet {
         Block u;
     };
 
-    // The few values near a point source or impulse are far above all others: the scale ends at the 99th percentile.
+    // The few values near a point source or impulse are far above all others: the scale ends at the 99th
+    // percentile.
     [[nodiscard]] std::optional<std::pair<double, double>> range() const {
         std::vector<double> sizes;
         double low = 0.0;
@@ -77,7 +86,8 @@ class Sheet {
                 low = std::min(low, value);
             }
         }
-        const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(sizes.size() - 1));
+        const auto at =
+            sizes.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(sizes.size() - 1));
         std::nth_element(sizes.begin(), at, sizes.end());
         if (*at == 0.0) return std::nullopt;
         return std::pair{low < 0.0 ? -*at : 0.0, *at};
@@ -91,13 +101,15 @@ class Sheet {
 
 void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, double default_time,
                     const std::function<Evolution(const EvolveOptions&)>& simulate) {
-    if (options.every < 1) throw InputError(fmt::format("--every {}", options.every), "keep each step, or each N-th");
+    if (options.every < 1)
+        throw InputError(fmt::format("--every {}", options.every), "keep each step, or each N-th");
     EvolveOptions evolve;
     evolve.time = options.time.value_or(default_time);
     evolve.steps = options.steps;
     evolve.linear = run.linear_options();
     evolve.progress = run.progress();
-    for (const TimeMethod method : {TimeMethod::backward_euler, TimeMethod::implicit_midpoint, TimeMethod::bdf2}) {
+    for (const TimeMethod method :
+         {TimeMethod::backward_euler, TimeMethod::implicit_midpoint, TimeMethod::bdf2}) {
         if (name(method) == options.method) evolve.method = method;
     }
     std::optional<SeriesWriter> series;
@@ -130,7 +142,8 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
     run.result()["energy_before"] = evolution.energy_before;
     run.result()["energy_after"] = evolution.energy_after;
     if (series) run.wrote(options.series);
-    run.write(mesh, {{"u", evolution.u}}, [&](const PictureOptions& picture) { return sheet.draw(mesh, picture); });
+    run.write(mesh, {{"u", evolution.u}},
+              [&](const PictureOptions& picture) { return sheet.draw(mesh, picture); });
     run.finish();
 }
 

@@ -53,9 +53,10 @@ class Collector {
             held_ = Constraints(columns_);
         }
         if (value.size() != static_cast<std::size_t>(columns_)) {
-            throw InputError(fmt::format("{} gives {} number{}, but {} {} expected", place, value.size(),
-                                         value.size() == 1 ? "" : "s", columns_, columns_ == 1 ? "is" : "are"),
-                             "all values, and the field if there is one, must have the same number of columns");
+            throw InputError(
+                fmt::format("{} gives {} number{}, but {} {} expected", place, value.size(),
+                            value.size() == 1 ? "" : "s", columns_, columns_ == 1 ? "is" : "are"),
+                "all values, and the field if there is one, must have the same number of columns");
         }
         if (vertex < 0 || vertex >= vertex_count_) {
             throw InputError(fmt::format("{} names vertex {}, but the vertices are 0 to {}", place, vertex,
@@ -76,7 +77,8 @@ class Collector {
 void read_csv(const std::filesystem::path& path, Collector& collector) {
     std::ifstream file(path);
     if (!file || std::filesystem::is_directory(path)) {
-        throw InputError(fmt::format("{} cannot be read", path.string()), "give a CSV file with rows vertex,x[,y,z]");
+        throw InputError(fmt::format("{} cannot be read", path.string()),
+                         "give a CSV file with rows vertex,x[,y,z]");
     }
     std::string line;
     bool any = false;
@@ -88,8 +90,9 @@ void read_csv(const std::filesystem::path& path, Collector& collector) {
         Index vertex = 0;
         const bool has_vertex = parse(text.substr(0, comma), vertex);
         if (!has_vertex && !any && trimmed(text.substr(0, comma)) == "vertex") continue;  // the header
-        const std::vector<double> value =
-            has_vertex && comma != std::string_view::npos ? parse_numbers(text.substr(comma + 1)) : std::vector<double>{};
+        const std::vector<double> value = has_vertex && comma != std::string_view::npos
+                                              ? parse_numbers(text.substr(comma + 1))
+                                              : std::vector<double>{};
         if (value.empty()) {
             throw InputError(fmt::format("{} is not vertex,x[,y,z]: '{}'", place, text),
                              "write a vertex number and its values, parted by commas");
@@ -109,9 +112,9 @@ Constraints parse_values(const std::string& option, const std::vector<std::strin
         const std::string place = fmt::format("{} {}", option, argument);
         const auto equals = argument.find('=');
         Index vertex = 0;
-        const std::vector<double> value =
-            equals != std::string::npos ? parse_numbers(std::string_view(argument).substr(equals + 1))
-                                        : std::vector<double>{};
+        const std::vector<double> value = equals != std::string::npos
+                                              ? parse_numbers(std::string_view(argument).substr(equals + 1))
+                                              : std::vector<double>{};
         if (value.empty() || !parse(std::string_view(argument).substr(0, equals), vertex)) {
             throw InputError(fmt::format("{} cannot be understood", place),
                              fmt::format("write {} VERTEX=NUMBER, such as {} 120=1.5", option, option));

@@ -8,11 +8,13 @@ void add_wave(CLI::App& program, Run& run) {
         std::vector<std::string> impulse;
         std::vector<double> damping;
     };
-    auto* const command = program.add_subcommand("wave", "waves that travel from impulses or an initial displacement");
+    auto* const command =
+        program.add_subcommand("wave", "waves that travel from impulses or an initial displacement");
     run.add_options(*command, {});
     auto options = std::make_shared<Options>();
     options->steps = 200;
-    command->add_option("--impulse", options->impulse, "a vertex and the momentum it is given")->option_text("V=A ...");
+    command->add_option("--impulse", options->impulse, "a vertex and the momentum it is given")
+        ->option_text("V=A ...");
     command->add_option("--damping", options->damping, "Rayleigh damping: 1/time, and time (default: 0,0)")
         ->delimiter(',')
         ->expected(1, 2)
@@ -22,8 +24,8 @@ void add_wave(CLI::App& program, Run& run) {
         if (!options->series.empty()) run.also_writes(options->series);
         const Mesh mesh = run.load_mesh();
         const Block start = field_or_zero(mesh, options->initial_field, 1);
-        const Constraints impulses = parse_values("--impulse", options->impulse, {}, static_cast<Index>(start.cols()),
-                                                  mesh.vertex_count());
+        const Constraints impulses = parse_values("--impulse", options->impulse, {},
+                                                  static_cast<Index>(start.cols()), mesh.vertex_count());
         if (impulses.empty() && options->initial_field.empty()) {
             throw InputError("nothing moves: neither an impulse nor an initial displacement is given",
                              "strike a vertex with --impulse VERTEX=1");

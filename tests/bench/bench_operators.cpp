@@ -1,4 +1,5 @@
-// K u, K D K u: ours against Eigen's CSR and an assembled K D K, in the file's order and in Cuthill-McKee order.
+// K u, K D K u: ours against Eigen's CSR and an assembled K D K, in the file's order and in Cuthill-McKee
+// order.
 //
 //     ./dev bench operators                                  # 150 K and 1 M vertices
 //     ./dev bench operators --benchmark_filter=150000        # Google Benchmark's own options
@@ -33,7 +34,8 @@ struct Case {
         Block ours;
         bilaplacian.apply(u, ours);
         const Block theirs = KDK * u;
-        if ((ours - theirs).norm() > 1e-10 * theirs.norm()) throw SolveError("the benchmarked products differ");
+        if ((ours - theirs).norm() > 1e-10 * theirs.norm())
+            throw SolveError("the benchmarked products differ", "mend them before timing them");
     }
 
     Laplacian laplacian;
@@ -43,7 +45,8 @@ struct Case {
 };
 
 double csr_bytes(const Csr& matrix, Index columns) {
-    return 12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * matrix.rows() + 16.0 * columns * matrix.rows();
+    return 12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * matrix.rows() +
+           16.0 * columns * matrix.rows();
 }
 
 double edge_bytes(const Laplacian& laplacian, Index columns) {
@@ -53,17 +56,20 @@ double edge_bytes(const Laplacian& laplacian, Index columns) {
 
 template <class Work>
 void time(const std::string& name, double bytes, double memory, int threads, Work work) {
-    benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
-        omp_set_num_threads(threads);
-        for (auto unused : state) {
-            (void)unused;
-            work();
-            benchmark::ClobberMemory();
-        }
-        state.counters["bytes"] = bytes;
-        state.counters["memory"] = memory;
-        state.counters["threads"] = threads;
-    })->Unit(benchmark::kMillisecond)->UseRealTime();
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [=](benchmark::State& state) {
+                                     omp_set_num_threads(threads);
+                                     for (auto unused : state) {
+                                         (void)unused;
+                                         work();
+                                         benchmark::ClobberMemory();
+                                     }
+                                     state.counters["bytes"] = bytes;
+                                     state.counters["memory"] = memory;
+                                     state.counters["threads"] = threads;
+                                 })
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
 }
 
 void add_case(const std::string& where, const std::shared_ptr<const Case>& c) {
@@ -71,7 +77,9 @@ void add_case(const std::string& where, const std::shared_ptr<const Case>& c) {
     const int all = omp_get_num_procs();
     const auto operator_memory = static_cast<double>(c->laplacian.stiffness().memory_bytes()) +
                                  4.0 * (c->laplacian.graph().edge_count() + n);
-    const auto csr_memory = [](const Csr& m) { return 12.0 * static_cast<double>(m.nonZeros()) + 4.0 * m.rows(); };
+    const auto csr_memory = [](const Csr& m) {
+        return 12.0 * static_cast<double>(m.nonZeros()) + 4.0 * m.rows();
+    };
 
     for (const Index columns : {1, 3}) {
         auto u = std::make_shared<Block>(Block::Random(n, columns));
@@ -91,7 +99,8 @@ void add_case(const std::string& where, const std::shared_ptr<const Case>& c) {
                  [=] { c->laplacian.stiffness().apply(*u, *y); });
         }
 
-        const std::string KDK = fmt::format("{} K D K u, {} column{}", where, columns, columns == 1 ? "" : "s");
+        const std::string KDK =
+            fmt::format("{} K D K u, {} column{}", where, columns, columns == 1 ? "" : "s");
         time(KDK + "/" + assembled, csr_bytes(c->KDK, columns), csr_memory(c->KDK), 1, [=] {
             if (columns == 1) {
                 y->col(0).noalias() = c->KDK * u->col(0);

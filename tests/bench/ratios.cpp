@@ -45,12 +45,14 @@ std::string machine() {
         if (line.starts_with("model name")) break;
     }
     const auto colon = line.find(": ");
-    return fmt::format("{}, {} cores", colon == std::string::npos ? "unknown processor" : line.substr(colon + 2),
+    return fmt::format("{}, {} cores",
+                       colon == std::string::npos ? "unknown processor" : line.substr(colon + 2),
                        omp_get_num_procs());
 }
 
 RatioReporter::RatioReporter(std::vector<std::string> baselines) : baselines_(std::move(baselines)) {
-    for (const int threads : {1, omp_get_num_procs()}) bandwidth_[threads] = stream_bandwidth(threads);
+    for (const int threads : {1, omp_get_num_procs()})
+        bandwidth_[threads] = stream_bandwidth(threads);
 }
 
 bool RatioReporter::ReportContext(const Context& context) {
@@ -73,10 +75,12 @@ void RatioReporter::ReportRuns(const std::vector<Run>& runs) {
         };
         auto& rows = groups_[what];
         if (rows.empty()) order_.push_back(what);
-        const Row row{name.substr(slash + 1), run.real_accumulated_time / static_cast<double>(run.iterations) * 1e3,
-                      counter("bytes"), counter("memory"), std::max(1, static_cast<int>(counter("threads")))};
+        const Row row{name.substr(slash + 1),
+                      run.real_accumulated_time / static_cast<double>(run.iterations) * 1e3, counter("bytes"),
+                      counter("memory"), std::max(1, static_cast<int>(counter("threads")))};
         // Of several repetitions the fastest counts: the machine's noise only ever adds.
-        const auto same = std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.method == row.method; });
+        const auto same =
+            std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.method == row.method; });
         if (same == rows.end()) {
             rows.push_back(row);
         } else if (row.milliseconds < same->milliseconds) {
@@ -87,8 +91,8 @@ void RatioReporter::ReportRuns(const std::vector<Run>& runs) {
 }
 
 void RatioReporter::Finalize() {
-    fmt::print("\n{:<44} {:<26} {:>9} {:>9} {:>9} {:>9} {:>10}\n", "product", "method", "ms", "ratio", "bound ms",
-               "of bound", "memory MB");
+    fmt::print("\n{:<44} {:<26} {:>9} {:>9} {:>9} {:>9} {:>10}\n", "product", "method", "ms", "ratio",
+               "bound ms", "of bound", "memory MB");
     for (const std::string& what : order_) {
         const auto& rows = groups_[what];
         const auto base = std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
@@ -97,15 +101,18 @@ void RatioReporter::Finalize() {
         for (const Row& row : rows) {
             const auto known = bandwidth_.find(row.threads);
             const double bound = known == bandwidth_.end() ? 0.0 : row.bytes / known->second / 1e6;
-            fmt::print("{:<44} {:<26} {:>9.2f} {:>9} {:>9} {:>9} {:>10.1f}\n", what, row.method, row.milliseconds,
+            fmt::print("{:<44} {:<26} {:>9.2f} {:>9} {:>9} {:>9} {:>10.1f}\n", what, row.method,
+                       row.milliseconds,
                        base == rows.end() ? "" : fmt::format("{:.2f}", row.milliseconds / base->milliseconds),
                        bound > 0.0 ? fmt::format("{:.2f}", bound) : "",
                        bound > 0.0 ? fmt::format("{:.2f}", row.milliseconds / bound) : "", row.memory / 1e6);
         }
     }
-    fmt::print("\nratio: time against {}, in the same order of vertices. bound: the bytes that one call must move at least"
-               "\n(every stored number once, every field once) over the stream bandwidth of as many threads.\n",
-               fmt::join(baselines_, " or "));
+    fmt::print(
+        "\nratio: time against {}, in the same order of vertices. bound: the bytes that one call must move "
+        "at least"
+        "\n(every stored number once, every field once) over the stream bandwidth of as many threads.\n",
+        fmt::join(baselines_, " or "));
     ConsoleReporter::Finalize();
 }
 

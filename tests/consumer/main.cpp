@@ -1,6 +1,6 @@
 // The ten lines of the README, on a mesh that needs no file.
-#include <beltrami/beltrami.hpp>
 #include <fmt/format.h>
+#include <beltrami/beltrami.hpp>
 
 using namespace beltrami;
 

@@ -31,13 +31,15 @@ std::string content_and_remove(const std::filesystem::path& path) {
 }  // namespace
 
 Outcome run_beltrami(const std::vector<std::string>& arguments, const std::string& interrupt_when) {
-    const std::string name = std::filesystem::temp_directory_path() / ("beltrami_run_" + std::to_string(getpid()));
+    const std::string name =
+        std::filesystem::temp_directory_path() / ("beltrami_run_" + std::to_string(getpid()));
     const std::string out = name + ".out";
     const std::string err = name + ".err";
     std::vector<std::string> words = {BELTRAMI_PROGRAM};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
+    for (std::string& word : words)
+        argv.push_back(word.data());
     argv.push_back(nullptr);
 
     posix_spawn_file_actions_t files;

@@ -21,12 +21,17 @@ std::vector<std::string> operator+(std::vector<std::string> a, const std::vector
     return a;
 }
 
-void write_text(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
+void write_text(const fs::path& path, const std::string& text) {
+    std::ofstream(path) << text;
+}
 
-nlohmann::json read_json(const fs::path& path) { return nlohmann::json::parse(std::ifstream(path)); }
+nlohmann::json read_json(const fs::path& path) {
+    return nlohmann::json::parse(std::ifstream(path));
+}
 
 bool ends_with_sentence(const Outcome& outcome) {
-    return outcome.err.find("error: ") != std::string::npos && outcome.err.find("hint: ") != std::string::npos;
+    return outcome.err.find("error: ") != std::string::npos &&
+           outcome.err.find("hint: ") != std::string::npos;
 }
 
 // Exit status 2, an error and a hint, and no output.
@@ -50,8 +55,9 @@ TEST(Program, InterpolateWritesWhatTheSummarySays) {
     const Scratch scratch;
     const fs::path out = scratch / "out.ply";
     const fs::path summary = scratch / "summary.json";
-    const Outcome outcome = run_beltrami({"interpolate", "shape:icosphere:4", "--fix", "0=-1", "--fix", "3=2", "--laplacian",
-                                          "1", "--bilaplacian", "0.1", "-o", out, "--summary", summary});
+    const Outcome outcome =
+        run_beltrami({"interpolate", "shape:icosphere:4", "--fix", "0=-1", "--fix", "3=2", "--laplacian", "1",
+                      "--bilaplacian", "0.1", "-o", out, "--summary", summary});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Mesh mesh = read_mesh(out);
     const Block& value = mesh.field("value").values;
@@ -61,7 +67,8 @@ TEST(Program, InterpolateWritesWhatTheSummarySays) {
     EXPECT_EQ(json["command"], "interpolate");
     EXPECT_EQ(json["mesh"]["vertices"], mesh.vertex_count());
     EXPECT_EQ(json["solver"]["converged"], true);
-    for (const char* key : {"name", "why", "iterations", "relative_residual"}) EXPECT_TRUE(json["solver"].contains(key));
+    for (const char* key : {"name", "why", "iterations", "relative_residual"})
+        EXPECT_TRUE(json["solver"].contains(key));
     EXPECT_GT(json["seconds"]["total"], 0.0);
     EXPECT_GT(json["peak_memory_bytes"], 0);
     EXPECT_EQ(json["outputs"][0], out.string());
@@ -73,7 +80,10 @@ TEST(Program, InterpolateReadsCsvAndColumns) {
     const fs::path csv = scratch / "fix.csv";
     write_text(csv, "vertex,x,y,z\n# a comment\n0, 1, 2, 3\r\n5,4,5,6\n");
     const fs::path out = scratch / "out.vtu";
-    ASSERT_EQ(run_beltrami({"interpolate", "shape:icosphere:2", "--fix-file", csv, "--fix", "9=0,0,0", "-o", out}).status, 0);
+    ASSERT_EQ(
+        run_beltrami({"interpolate", "shape:icosphere:2", "--fix-file", csv, "--fix", "9=0,0,0", "-o", out})
+            .status,
+        0);
     const Block value = read_mesh(out).field("value").values;
     EXPECT_EQ(value.row(0), Eigen::RowVector3d(1, 2, 3));
     EXPECT_EQ(value.row(5), Eigen::RowVector3d(4, 5, 6));
@@ -84,9 +94,9 @@ TEST(Program, HeatHoldsItsSourceAndWritesEveryStep) {
     const Scratch scratch;
     const fs::path out = scratch / "out.ply";
     const fs::path series = scratch / "heat.pvd";
-    const Outcome outcome = run_beltrami({"heat", "shape:grid:20x20", "--source", "0=100", "--initial", "440=50", "--time",
-                                          "0.1", "--steps", "5", "--method", "bdf2", "--series", series, "-o", out,
-                                          "--picture", scratch / "heat.png"});
+    const Outcome outcome = run_beltrami({"heat", "shape:grid:20x20", "--source", "0=100", "--initial",
+                                          "440=50", "--time", "0.1", "--steps", "5", "--method", "bdf2",
+                                          "--series", series, "-o", out, "--picture", scratch / "heat.png"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Block u = read_mesh(out).field("u").values;
     EXPECT_EQ(u(0, 0), 100.0);
@@ -113,11 +123,13 @@ TEST(Program, HeatKeepsTheMeanOfAFieldTheFileCarries) {
 
 TEST(Program, WavePoissonAndCurvatureRun) {
     const Scratch scratch;
-    EXPECT_EQ(run_beltrami({"wave", "shape:icosphere:3", "--impulse", "0=1", "--steps", "20", "--time", "1", "--damping",
-                            "0.1,0.01", "-o", scratch / "w.ply"})
+    EXPECT_EQ(run_beltrami({"wave", "shape:icosphere:3", "--impulse", "0=1", "--steps", "20", "--time", "1",
+                            "--damping", "0.1,0.01", "-o", scratch / "w.ply"})
                   .status,
               0);
-    EXPECT_EQ(run_beltrami({"poisson", "shape:grid:10x10", "--fix-boundary", "1", "-o", scratch / "p.ply"}).status, 0);
+    EXPECT_EQ(
+        run_beltrami({"poisson", "shape:grid:10x10", "--fix-boundary", "1", "-o", scratch / "p.ply"}).status,
+        0);
     EXPECT_NEAR(read_mesh(scratch / "p.ply").field("u").values.minCoeff(), 1.0, 1e-9);
     ASSERT_EQ(run_beltrami({"curvature", "shape:icosphere:3:2", "-o", scratch / "c.ply"}).status, 0);
     const Mesh curved = read_mesh(scratch / "c.ply");
@@ -176,8 +188,8 @@ TEST(Program, RefusesBadFiles) {
     write_text(scratch / "infinite.obj", "v 0 0 0\nv 1 0 0\nv 0 1e999 0\nf 1 2 3\n");
     write_text(scratch / "points.xyz", "0 0 0\n1 0 0\n0 1 0\n");
     write_text(scratch / "mesh.unknown", "v 0 0 0\n");
-    for (const char* name : {"missing.obj", "empty.obj", "garbage.ply", "truncated.off", "range.obj", "nan.obj",
-                             "infinite.obj", "points.xyz", "mesh.unknown"}) {
+    for (const char* name : {"missing.obj", "empty.obj", "garbage.ply", "truncated.off", "range.obj",
+                             "nan.obj", "infinite.obj", "points.xyz", "mesh.unknown"}) {
         expect_refused(scratch, {"heat", scratch / name, "--source", "0=1"});
         expect_refused(scratch, {"interpolate", scratch / name, "--fix", "0=1"});
     }
@@ -229,9 +241,11 @@ TEST(Program, RefusesBadOptions) {
         {"curvature", "shape:tetrahedral-cube:3"},
         {"dance", mesh},
     };
-    for (const auto& arguments : refused) expect_refused(scratch, arguments);
+    for (const auto& arguments : refused)
+        expect_refused(scratch, arguments);
     EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1"}).status, 2) << "nothing would be written";
-    EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "no/such/folder/x.ply"}).status, 2);
+    EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "no/such/folder/x.ply"}).status,
+              2);
     EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "x.docx"}).status, 2);
     EXPECT_EQ(run_beltrami({}).status, 2);
 }
@@ -239,12 +253,14 @@ TEST(Program, RefusesBadOptions) {
 TEST(Program, NamesComponentsThatNothingHolds) {
     const Scratch scratch;
     write_mesh(scratch / "two.ply", shapes::together({shapes::icosphere(1), shapes::icosphere(2)}));
-    const std::vector<std::string> command = {"interpolate", scratch / "two.ply", "--fix", "0=1", "--fix", "5=2"};
+    const std::vector<std::string> command = {"interpolate", scratch / "two.ply", "--fix", "0=1", "--fix",
+                                              "5=2"};
     const std::vector<std::string> out = {"-o", scratch / "out.ply"};
     const Outcome refused = run_beltrami(command + out);
     EXPECT_EQ(refused.status, 2);
     EXPECT_NE(refused.err.find("1 component"), std::string::npos) << refused.err;
-    EXPECT_NE(refused.err.find("42"), std::string::npos) << "the second sphere begins at vertex 42: " << refused.err;
+    EXPECT_NE(refused.err.find("42"), std::string::npos)
+        << "the second sphere begins at vertex 42: " << refused.err;
     ASSERT_EQ(run_beltrami(command + out + std::vector<std::string>{"--free-components", "keep"}).status, 0);
     const Block value = read_mesh(scratch / "out.ply").field("value").values;
     EXPECT_EQ(value.bottomRows(162).cwiseAbs().maxCoeff(), 0.0);
@@ -254,8 +270,8 @@ TEST(Program, NamesComponentsThatNothingHolds) {
 TEST(Program, WarnsOfDegenerateCellsAndIsolatedVertices) {
     const Scratch scratch;
     write_text(scratch / "in.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nv 0.5 0 0\nf 1 2 3\nf 1 2 5\n");
-    const Outcome outcome = run_beltrami({"heat", scratch / "in.obj", "--initial", "3=7", "--source", "0=1", "-o",
-                                          scratch / "out.ply", "--summary", scratch / "s.json"});
+    const Outcome outcome = run_beltrami({"heat", scratch / "in.obj", "--initial", "3=7", "--source", "0=1",
+                                          "-o", scratch / "out.ply", "--summary", scratch / "s.json"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.err.find("1 of 2 triangles"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("2 isolated vertices"), std::string::npos) << outcome.err;
@@ -265,8 +281,9 @@ TEST(Program, WarnsOfDegenerateCellsAndIsolatedVertices) {
 
 TEST(Program, ASolveThatDoesNotConvergeExitsWith3AndWritesNothing) {
     const Scratch scratch;
-    const Outcome outcome = run_beltrami({"interpolate", "shape:icosphere:4", "--fix", "0=0", "--fix", "9=1", "--solver",
-                                          "cg", "--max-iterations", "3", "-o", scratch / "out.ply"});
+    const Outcome outcome =
+        run_beltrami({"interpolate", "shape:icosphere:4", "--fix", "0=0", "--fix", "9=1", "--solver", "cg",
+                      "--max-iterations", "3", "-o", scratch / "out.ply"});
     EXPECT_EQ(outcome.status, 3);
     EXPECT_TRUE(ends_with_sentence(outcome)) << outcome.err;
     EXPECT_FALSE(fs::exists(scratch / "out.ply"));
@@ -275,8 +292,8 @@ TEST(Program, ASolveThatDoesNotConvergeExitsWith3AndWritesNothing) {
 TEST(Program, CtrlCKeepsTheFinishedSteps) {
     const Scratch scratch;
     const fs::path series = scratch / "heat.pvd";
-    const Outcome outcome = run_beltrami({"heat", "shape:icosphere:4", "--source", "0=1", "--steps", "100000", "--series",
-                                          series, "-o", scratch / "out.ply"},
+    const Outcome outcome = run_beltrami({"heat", "shape:icosphere:4", "--source", "0=1", "--steps", "100000",
+                                          "--series", series, "-o", scratch / "out.ply"},
                                          scratch / "heat_0003.vtu");
     EXPECT_EQ(outcome.status, 130) << outcome.err;
     EXPECT_FALSE(fs::exists(scratch / "out.ply"));
@@ -323,7 +340,8 @@ TEST(Program, EveryRealMeshEndsWell) {
         };
         EXPECT_EQ(run_beltrami({"info", file}).status, 0) << file;
         check({"heat", file, "--source", "0=1", "--steps", "3", "-o", out}, "u");
-        check(std::vector<std::string>{"interpolate", file, "--fix", "0=0", "--fix", "30=1"} + write, "value");
+        check(std::vector<std::string>{"interpolate", file, "--fix", "0=0", "--fix", "30=1"} + write,
+              "value");
     }
 }
 
