@@ -32,8 +32,8 @@ void add_heat(CLI::App& program, Run& run) {
         }
         initial.impose(start);
         const Laplacian laplacian = run.build(mesh);
-        // Heat reaches about sqrt(4 t): half the mesh's extent.
-        const double reach = 0.5 * extent(mesh);
+        // Heat reaches about sqrt(4 t).
+        const double reach = extent(mesh);
         run_simulation(run, *options, mesh, 0.25 * reach * reach,
                        [&](const EvolveOptions& evolve) { return heat(laplacian, start, sources, evolve); });
     });

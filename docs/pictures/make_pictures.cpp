@@ -1,0 +1,99 @@
+// Makes the pictures of the README and of docs/: ./dev pictures
+//
+// Also an example: everything below is the public library.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "beltrami/beltrami.hpp"
+
+namespace {
+
+using namespace beltrami;
+
+Index nearest_vertex(const Mesh& mesh, const Vector3& place) {
+    Index nearest = 0;
+    (mesh.points().rowwise() - place.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+    return nearest;
+}
+
+// The Stanford bunny of Debian's glmark2-data: heat, a wave and an interpolation.
+Image overview() {
+    const Mesh bunny = read_mesh("/usr/share/glmark2/models/bunny.obj");
+    const Laplacian laplacian(bunny);
+    const Index eye = nearest_vertex(bunny, {-0.62, 0.42, 0.42});
+    const Index haunch = nearest_vertex(bunny, {0.45, -0.35, 0.7});
+    const Index ear = nearest_vertex(bunny, {0.2, 0.95, 0.0});
+    const Index tail = nearest_vertex(bunny, {1.0, -0.6, 0.0});
+    const Block zero = Block::Zero(bunny.vertex_count(), 1);
+    PictureOptions picture{.width = 640, .height = 560};
+
+    const Block warm = heat(laplacian, zero, {{eye, 100.0}, {haunch, 100.0}},
+                            {.time = 0.4, .steps = 20, .method = TimeMethod::bdf2})
+                           .u;
+    picture.title = "heat: u_t = Laplacian of u, two vertices held at 100";
+    picture.range = {0.0, 40.0};
+    const Image heat_picture = draw(bunny, &warm, picture);
+
+    const Block moved = wave(laplacian, zero, {{haunch, 1.0}},
+                             {.time = 0.9, .steps = 150, .method = TimeMethod::implicit_midpoint}, {.beta_2 = 2e-3})
+                            .u;
+    picture.title = "wave: u_tt = Laplacian of u, after an impulse";
+    picture.range = {-0.8, 0.8};
+    const Image wave_picture = draw(bunny, &moved, picture);
+
+    const auto [value, summary] = interpolate(laplacian, {{eye, 1.0}, {haunch, 0.0}, {ear, 0.5}, {tail, 1.0}},
+                                              {.laplacian = 1.0, .bilaplacian = 0.05});
+    picture.title = "interpolation of four values";
+    picture.range.reset();
+    const Image interpolation_picture = draw(bunny, &value, picture);
+    fmt::print("overview: {}\n", summary.brief());
+    return side_by_side({heat_picture, wave_picture, interpolation_picture}, 3);
+}
+
+// Displacements of a plate whose rim is held, as in Figure 8 of Kim & Rossignac: two vertices are lifted by one.
+Image figure_8() {
+    constexpr int cells = 80;
+    constexpr double width = 4.0;
+    const Mesh plate = shapes::grid(cells, cells, width, width, true);
+    const Laplacian laplacian(plate);
+    Constraints lifted;
+    for (const Index v : boundary_vertices(plate)) lifted.fix(v, 0.0);
+    lifted.fix(nearest_vertex(plate, {1.5, 2.0, 0.0}), 1.0);
+    lifted.fix(nearest_vertex(plate, {2.5, 2.0, 0.0}), 1.0);
+
+    const std::vector<std::pair<std::string, InterpolateOptions>> cases = {
+        {"Laplacian", {.laplacian = 1.0, .bilaplacian = 0.0}},
+        {"bi-Laplacian", {.laplacian = 0.0, .bilaplacian = 1.0}},
+        {"mixed, 1 and 0.1", {.laplacian = 1.0, .bilaplacian = 0.1}},
+    };
+    std::vector<Image> images;
+    for (const auto& [title, options] : cases) {
+        const Block height = interpolate(laplacian, lifted, options).value;
+        Points points = plate.points();
+        points.col(2) = height.col(0);
+        PictureOptions picture{.width = 640, .height = 480, .view = "-1,-2.2,1.2", .up = "z"};
+        picture.title = fmt::format("{}: from {:.3f} to {:.3f}", title, height.minCoeff(), height.maxCoeff());
+        picture.range = {0.0, 1.15};
+        picture.edges = true;
+        images.push_back(draw(plate.with_points(points), &height, picture));
+        fmt::print("figure 8, {}\n", picture.title);
+    }
+    return side_by_side(images, 3);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
+        write_picture(folder / "overview.png", overview());
+        write_picture(folder / "figure_8.png", figure_8());
+    } catch (const Error& error) {
+        fmt::print(stderr, "error: {}\nhint: {}\n", error.what(), error.hint());
+        return error.exit_status();
+    }
+}
