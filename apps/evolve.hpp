@@ -33,9 +33,8 @@ struct Evolution {
     double energy_after = 0.0;
 };
 
-/// From displacement u and velocity v (n x k) with vertices held at constant values, all in the user's order.
-/// Held values are imposed on the start. Throws InputError for a time or number of steps that is not
-/// positive.
+/// From displacement u and velocity v (n x k) with vertices held at constant values, all in the user's order. Held
+/// values are imposed on the start. Throws InputError for a time or number of steps that is not positive.
 Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, const Block& v,
                  const Constraints& held, const EvolveOptions& options);
 

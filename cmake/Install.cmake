@@ -1,10 +1,13 @@
 # cmake --install, and the package that find_package(Beltrami) finds.
 include(CMakePackageConfigHelpers)
 
+# Headers that only their own room includes stay at home.
 foreach(room framework operators solvers apps)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami/${room}"
     FILES_MATCHING PATTERN "*.hpp"
-    PATTERN "formats" EXCLUDE PATTERN "program" EXCLUDE)
+    PATTERN "formats" EXCLUDE PATTERN "shapes" EXCLUDE PATTERN "program" EXCLUDE PATTERN "beltrami.hpp" EXCLUDE
+    PATTERN "rasterizer.hpp" EXCLUDE PATTERN "lettering.hpp" EXCLUDE PATTERN "sheet.hpp" EXCLUDE
+    PATTERN "ticks.hpp" EXCLUDE)
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/apps/beltrami.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami")
 install(TARGETS beltrami_framework beltrami_operators beltrami_solvers beltrami_apps beltrami_all

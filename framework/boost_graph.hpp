@@ -1,5 +1,4 @@
-// EdgeGraph as a model of Boost.Graph's VertexListGraph, EdgeListGraph, IncidenceGraph and AdjacencyGraph,
-// undirected.
+// EdgeGraph as a model of Boost.Graph's VertexListGraph, EdgeListGraph, IncidenceGraph and AdjacencyGraph, undirected.
 //
 //     std::vector<Index> component(graph.vertex_count());
 //     boost::connected_components(graph, component.data());

@@ -7,8 +7,8 @@
 
 namespace beltrami {
 
-/// The vertices, ascending, of facets that belong to one cell only: ends of segments, edges of one triangle,
-/// faces of one tetrahedron. Degenerate cells do not count as cells. Empty for closed meshes and points.
+/// The vertices, ascending, of facets that belong to one cell only: ends of segments, edges of one triangle, faces of
+/// one tetrahedron. Degenerate cells do not count as cells. Empty for closed meshes and points.
 std::vector<Index> boundary_vertices(const Mesh& mesh);
 
 }  // namespace beltrami

@@ -7,8 +7,8 @@ namespace beltrami {
 
 class EdgeGraph;
 
-/// Length of a segment, area of a triangle, det(p1 - p0, p2 - p0, p3 - p0) / 6 of a tetrahedron (negative
-/// where it is inverted), 0 for a point; in the file's unit to the power of the cell's dimension.
+/// Length of a segment, area of a triangle, det(p1 - p0, p2 - p0, p3 - p0) / 6 of a tetrahedron (negative where it is
+/// inverted), 0 for a point; in the file's unit to the power of the cell's dimension.
 double signed_measure(const Mesh& mesh, Index cell);
 
 /// |signed_measure| of every cell.

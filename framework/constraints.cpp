@@ -30,23 +30,19 @@ void Constraints::fix(Index v, std::span<const double> value) {
         throw InputError(fmt::format("vertex {} is held at a value that is not a finite number", v),
                          "give finite numbers");
     }
-    const auto vertex = static_cast<std::size_t>(v);
-    if (slot_of_vertex_.size() <= vertex)
-        slot_of_vertex_.resize(std::max(vertex + 1, 2 * slot_of_vertex_.size()), -1);
-    Index& slot = slot_of_vertex_[vertex];
     // `value` may be the value of another held vertex, which growing would move.
     const std::vector<double> kept(value.begin(), value.end());
-    if (slot < 0) {
-        slot = size();
+    const auto [entry, is_new] = slot_of_vertex_.try_emplace(v, size());
+    if (is_new) {
         vertices_.push_back(v);
         values_.insert(values_.end(), kept.begin(), kept.end());
     } else {
-        std::copy(kept.begin(), kept.end(), values_.begin() + std::ptrdiff_t{slot} * columns_);
+        std::copy(kept.begin(), kept.end(), values_.begin() + std::ptrdiff_t{entry->second} * columns_);
     }
 }
 
 void Constraints::add(Index v, std::span<const double> value) {
-    if (v >= 0 && is_fixed(v)) {
+    if (is_fixed(v)) {
         const auto held = this->value(v);
         if (!std::equal(held.begin(), held.end(), value.begin(), value.end())) {
             throw InputError(fmt::format("vertex {} is held twice, at {} and at {}", v, fmt::join(held, ","),
@@ -59,14 +55,17 @@ void Constraints::add(Index v, std::span<const double> value) {
 }
 
 void Constraints::free(Index v) {
-    if (v < 0 || !is_fixed(v)) return;
+    const auto found = slot_of_vertex_.find(v);
+    if (found == slot_of_vertex_.end()) return;
     // The last slot takes the place of the freed one.
-    const Index slot = slot_of_vertex_[static_cast<std::size_t>(v)];
-    const Index last_vertex = vertices_.back();
-    std::copy(values_.end() - columns_, values_.end(), values_.begin() + std::ptrdiff_t{slot} * columns_);
-    vertices_[static_cast<std::size_t>(slot)] = last_vertex;
-    slot_of_vertex_[static_cast<std::size_t>(last_vertex)] = slot;
-    slot_of_vertex_[static_cast<std::size_t>(v)] = -1;
+    const Index slot = found->second;
+    if (slot + 1 < size()) {
+        const Index last_vertex = vertices_.back();
+        std::copy(values_.end() - columns_, values_.end(), values_.begin() + std::ptrdiff_t{slot} * columns_);
+        vertices_[static_cast<std::size_t>(slot)] = last_vertex;
+        slot_of_vertex_[last_vertex] = slot;
+    }
+    slot_of_vertex_.erase(found);
     vertices_.pop_back();
     values_.resize(values_.size() - static_cast<std::size_t>(columns_));
 }
@@ -74,7 +73,7 @@ void Constraints::free(Index v) {
 std::span<const double> Constraints::value(Index v) const {
     if (!is_fixed(v))
         throw InputError(fmt::format("vertex {} is not held at any value", v), "ask is_fixed() first");
-    const Index slot = slot_of_vertex_[static_cast<std::size_t>(v)];
+    const Index slot = slot_of_vertex_.at(v);
     return {values_.data() + std::ptrdiff_t{slot} * columns_, static_cast<std::size_t>(columns_)};
 }
 

@@ -9,6 +9,7 @@
 
 #include <initializer_list>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -24,8 +25,8 @@ class Constraints {
     /// One column. Throws InputError for a vertex named twice with different values.
     Constraints(std::initializer_list<std::pair<Index, double>> values);
 
-    /// Holds v at a value, whether it was held before or not. Throws InputError for a negative vertex, a
-    /// value that is not finite and a wrong number of columns.
+    /// Holds v at a value, whether it was held before or not. Throws InputError for a negative vertex, a value that is
+    /// not finite and a wrong number of columns.
     void fix(Index v, std::span<const double> value);
     void fix(Index v, double value) { fix(v, std::span(&value, 1)); }
 
@@ -36,10 +37,7 @@ class Constraints {
     /// Lets v go; nothing happens where it was free.
     void free(Index v);
 
-    [[nodiscard]] bool is_fixed(Index v) const {
-        return static_cast<std::size_t>(v) < slot_of_vertex_.size() &&
-               slot_of_vertex_[static_cast<std::size_t>(v)] >= 0;
-    }
+    [[nodiscard]] bool is_fixed(Index v) const { return slot_of_vertex_.contains(v); }
     /// The columns() numbers of a held vertex; valid until constraints change. Throws InputError for a free
     /// one.
     [[nodiscard]] std::span<const double> value(Index v) const;
@@ -59,9 +57,9 @@ class Constraints {
 
   private:
     Index columns_;
-    std::vector<Index> slot_of_vertex_;  // -1: free
-    std::vector<Index> vertices_;        // of slot
-    std::vector<double> values_;         // of slot, columns_ each
+    std::unordered_map<Index, Index> slot_of_vertex_;
+    std::vector<Index> vertices_;  // of slot
+    std::vector<double> values_;   // of slot, columns_ each
 };
 
 }  // namespace beltrami

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/graph/connected_components.hpp>
+#include <limits>
 
 #include "beltrami/framework/boost_graph.hpp"
 #include "beltrami/framework/error.hpp"
@@ -64,6 +65,9 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
         upper_.insert(upper_.end(), first, std::unique(first, last));
         offsets_[at(i) + 1] = static_cast<Index>(upper_.size());
     }
+    if (upper_.size() > static_cast<std::size_t>(std::numeric_limits<Index>::max())) {
+        throw InputError("the mesh has more than 2^31 - 1 edges", "split it into parts");
+    }
     upper_.shrink_to_fit();
 
     neighbour_offsets_.assign(at(vertex_count) + 1, 0);
@@ -76,8 +80,7 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
         neighbour_offsets_[i + 1] += neighbour_offsets_[i];
     neighbours_.resize(2 * upper_.size());
     std::vector<std::int64_t> next(neighbour_offsets_.begin(), neighbour_offsets_.end() - 1);
-    // Ascending i writes the lower neighbours of every vertex in order; its upper ones follow when its row
-    // comes.
+    // Ascending i writes the lower neighbours of every vertex in order; its upper ones follow when its row comes.
     for (Index i = 0; i < vertex_count; ++i) {
         for (Index e = offsets_[at(i)]; e < offsets_[at(i) + 1]; ++e) {
             const Index j = upper_[at(e)];

@@ -3,9 +3,9 @@
 //     EdgeGraph graph(mesh.vertex_count(), mesh.cells());
 //     for (const EdgeGraph::Neighbour n : graph.neighbours(v)) use(n.vertex, n.edge);
 //
-// Edges are stored once, from the lower to the higher vertex number, sorted by lower end and then by upper
-// end: the edges of rows 0, 1, 2, ... of the strict upper triangle, one after the other. EdgeGraph models the
-// concepts of Boost.Graph (boost_graph.hpp), so Boost.Graph's algorithms run on it directly.
+// Edges are stored once, from the lower to the higher vertex number, sorted by lower end and then by upper end: the
+// edges of rows 0, 1, 2, ... of the strict upper triangle, one after the other. EdgeGraph models the concepts of
+// Boost.Graph (boost_graph.hpp), so Boost.Graph's algorithms run on it directly.
 #pragma once
 
 #include <span>
@@ -66,8 +66,8 @@ class EdgeGraph {
     std::vector<Neighbour> neighbours_;
 };
 
-/// The connected components: component[v] from 0, in the order of their first vertices. A vertex without
-/// edges is a component of its own.
+/// The connected components: component[v] from 0, in the order of their first vertices. A vertex without edges is a
+/// component of its own.
 struct Components {
     std::vector<Index> of_vertex;
     Index count = 0;

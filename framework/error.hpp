@@ -1,9 +1,10 @@
-// The one family of exceptions. Each carries a sentence that says what is wrong and where, and a hint
+// The one family of exceptions. Each carries a sentence that says what is wrong and where and, but for a cancel, a hint
 // that says what to do; the program prints both and exits with the family member's status.
 #pragma once
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace beltrami {
 

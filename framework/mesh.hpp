@@ -3,8 +3,8 @@
 //     Mesh mesh = read_mesh("bunny.obj");
 //     mesh.vertex_count();  mesh.points().row(7);  mesh.field("color").values;
 //
-// Any topology is a mesh: boundaries, non-manifold edges, several components, isolated vertices. Vertices
-// keep the order of the file; what is fast inside (Renumbering) is undone at every output.
+// Any topology is a mesh: boundaries, non-manifold edges, several components, isolated vertices. Vertices keep
+// the order of the file; what is fast inside (Renumbering) is undone at every output.
 #pragma once
 
 #include <string>
@@ -26,8 +26,8 @@ class Mesh {
     /// Points alone.
     explicit Mesh(Points points, Fields fields = {});
 
-    /// cells: m x 2, 3 or 4. Throws InputError for a vertex number out of range, a coordinate that is not
-    /// finite, a field whose length is not the number of vertices or whose name comes twice.
+    /// cells: m x 2, 3 or 4. Throws InputError for a vertex number out of range, a coordinate that is not finite,
+    /// a field whose length is not the number of vertices or whose name comes twice.
     Mesh(Points points, Cells cells, Fields fields = {});
 
     [[nodiscard]] Index vertex_count() const { return static_cast<Index>(points_.rows()); }

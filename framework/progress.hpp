@@ -1,8 +1,7 @@
 // How long work tells where it is, and how it is told to stop.
 //
-//     Progress progress([](const ProgressReport& r) { fmt::print("{} {:.0f} %\n", r.phase, 100 * r.fraction);
-//     }); heat(laplacian, initial, sources, {.progress = &progress});    // throws Cancelled after
-//     progress.cancel()
+//     Progress progress([](const ProgressReport& r) { fmt::print("{} {:.0f} %\n", r.phase, 100 * r.fraction); });
+//     heat(laplacian, initial, sources, {.progress = &progress});    // throws Cancelled after progress.cancel()
 #pragma once
 
 #include <atomic>

@@ -2,15 +2,16 @@
 //
 //     Mesh mesh = read_mesh("bunny.obj");
 //
-// | ending          | what is read | | .obj            | v (with colours `v x y z r g b` as field `color`, n
-// x 3), f (any polygon), l (segments)  | | .off            | OFF, COFF (field `color`) and NOFF (field
-// `normal`), ASCII; polygons                     | | .ply            | ASCII and both binary orders; every
-// scalar vertex property; faces, triangle strips       | |                 | (`tristrips`), edges, tetrahedra
-// | | .stl            | ASCII and binary; equal positions are welded | | .vtk, .vtu, .vtp| legacy (ASCII,
-// binary) and XML (ASCII, base64, appended, zlib): points, lines, triangles,| |                 | quads,
-// polygons, strips, tetrahedra; every numeric point-data array under its name       | | .mesh           |
-// Medit ASCII: tetrahedra if there are any, else triangles and quadrilaterals              | | .xyz | points,
-// `x y z` or `x y z nx ny nz` (field `normal`)                                     |
+// | ending           | what is read                                                                             |
+// | .obj             | v (with colours `v x y z r g b` as field `color`, n x 3), f (any polygon), l (segments)  |
+// | .off             | OFF, COFF (field `color`) and NOFF (field `normal`), ASCII; polygons                     |
+// | .ply             | ASCII and both binary orders; every scalar vertex property; faces, triangle strips       |
+// |                  | (`tristrips`), edges, tetrahedra                                                         |
+// | .stl             | ASCII and binary; equal positions are welded                                             |
+// | .vtk, .vtu, .vtp | legacy (ASCII, binary) and XML (ASCII, base64, appended, zlib): points, lines,           |
+// |                  | triangles, quads, polygons, strips, tetrahedra; every numeric point-data array           |
+// | .mesh            | Medit ASCII: tetrahedra if there are any, else triangles and quadrilaterals              |
+// | .xyz             | points, `x y z` or `x y z nx ny nz` (field `normal`)                                     |
 //
 // Where a file mixes kinds of cells, those of the highest dimension are the mesh and a note counts the rest;
 // solid cells other than tetrahedra are an error, since a solid without them has holes. Polygons are

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/graph/cuthill_mckee_ordering.hpp>
 #include <boost/property_map/function_property_map.hpp>
+#include <deque>
 #include <numeric>
 #include <utility>
 
@@ -76,14 +77,75 @@ Constraints Renumbering::to_working(const Constraints& constraints) const {
     return renumbered;
 }
 
+namespace {
+
+// A vertex at an end of its component (George & Liu 1979): walk to the farthest vertex of least degree until that no
+// longer leads farther. `seen` holds for each vertex the last walk that met it. Boost.Graph's own search clears a mark on
+// every vertex for every component, which is quadratic where there are many.
+class EndOfComponent {
+  public:
+    explicit EndOfComponent(const EdgeGraph& graph)
+        : graph_(graph), seen_(static_cast<std::size_t>(graph.vertex_count()), 0) {}
+
+    Index from(Index start) {
+        Farthest best = walk(start);
+        for (Farthest next = walk(best.vertex); next.distance > best.distance; next = walk(best.vertex))
+            best = next;
+        return best.vertex;
+    }
+
+  private:
+    struct Farthest {
+        Index vertex;
+        Index distance;
+    };
+
+    Farthest walk(Index start) {
+        ++walks_;
+        std::vector<Index> level = {start};
+        seen_[static_cast<std::size_t>(start)] = walks_;
+        for (Index distance = 0;; ++distance) {
+            std::vector<Index> next;
+            for (const Index v : level) {
+                for (const EdgeGraph::Neighbour& n : graph_.neighbours(v)) {
+                    Index& seen = seen_[static_cast<std::size_t>(n.vertex)];
+                    if (seen == walks_) continue;
+                    seen = walks_;
+                    next.push_back(n.vertex);
+                }
+            }
+            if (next.empty()) {
+                const auto less = [&](Index a, Index b) { return graph_.degree(a) < graph_.degree(b); };
+                return {*std::min_element(level.begin(), level.end(), less), distance};
+            }
+            level = std::move(next);
+        }
+    }
+
+    const EdgeGraph& graph_;
+    std::vector<Index> seen_;
+    Index walks_ = 0;
+};
+
+}  // namespace
+
 Renumbering cuthill_mckee(const EdgeGraph& graph) {
     const auto n = static_cast<std::size_t>(graph.vertex_count());
+    EndOfComponent end(graph);
+    const Components components = connected_components(graph);
+    std::vector<char> started(static_cast<std::size_t>(components.count), 0);
+    std::deque<Index> starts;
+    for (Index v = 0; v < graph.vertex_count(); ++v) {
+        char& known = started[static_cast<std::size_t>(components.of_vertex[static_cast<std::size_t>(v)])];
+        if (known == 0) starts.push_back(graph.degree(v) == 0 ? v : end.from(v));
+        known = 1;
+    }
     std::vector<Index> user_of_working(n);
-    std::vector<boost::default_color_type> colour(n);
+    std::vector<boost::default_color_type> colour(n, boost::white_color);
     const auto index = get(boost::vertex_index, graph);
     const auto degree_map =
         boost::make_function_property_map<Index>([&](Index v) { return graph.degree(v); });
-    boost::cuthill_mckee_ordering(graph, user_of_working.begin(),
+    boost::cuthill_mckee_ordering(graph, starts, user_of_working.begin(),
                                   boost::make_iterator_property_map(colour.begin(), index), degree_map);
     std::vector<Index> working(n);
     for (std::size_t w = 0; w < n; ++w)

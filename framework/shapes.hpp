@@ -18,12 +18,11 @@
 
 namespace beltrami::shapes {
 
-/// The icosahedron, each face split in four `levels` times, points pushed to the unit sphere: 10 4^levels + 2
-/// vertices.
+/// The icosahedron, each face split in four `levels` times, points pushed to the unit sphere: 10 4^levels + 2 vertices.
 Mesh icosphere(int levels, double radius = 1.0);
 
-/// The sphere as two poles and `rings` circles of latitude at equal steps, each of 2 (rings + 1) vertices:
-/// the spheres of 6, 14, 26, 42 and 422 vertices of Table 1 of Kim & Rossignac are rings = 1, 2, 3, 4 and 14.
+/// The sphere as two poles and `rings` circles of latitude at equal steps, each of 2 (rings + 1) vertices: the spheres
+/// of 6, 14, 26, 42 and 422 vertices of Table 1 of Kim & Rossignac are rings = 1, 2, 3, 4 and 14.
 Mesh latlong_sphere(int rings, double radius = 1.0);
 
 /// The icosahedron's or tetrahedron's faces cut in frequency^2 triangles along geodesic arcs: points on two

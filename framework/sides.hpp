@@ -1,5 +1,4 @@
-// What cells share with their neighbours: the sides of triangles are edges, of tetrahedra faces, of segments
-// ends.
+// What cells share with their neighbours: the sides of triangles are edges, of tetrahedra faces, of segments ends.
 //
 //     const Sides sides(proper_cells(mesh), mesh.vertex_count());
 //     const Cells rim = boundary(sides);
@@ -41,8 +40,8 @@ class Sides {
 
     [[nodiscard]] Index count() const { return groups_.group_count(); }
 
-    /// A place is a cell and one of its corners in one number, k cell + corner; the side there is opposite to
-    /// the corner. These are the places of a side, one for each of its cells, in ascending order.
+    /// A place is a cell and one of its corners in one number, k cell + corner; the side there is opposite to the
+    /// corner. These are the places of a side, one for each of its cells, in ascending order.
     [[nodiscard]] std::span<const Index> places(Index side) const { return groups_.group(side); }
     [[nodiscard]] Index cell(Index place) const { return place / corners_; }
     [[nodiscard]] Index corner(Index place) const { return place % corners_; }

@@ -35,19 +35,18 @@ namespace beltrami {
 /// cannot hold, and a value that is not finite.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Fields& fields = {});
 
-/// Throws what write_mesh(path, ...) would throw for the name alone; for programs that check before long
-/// work.
+/// Throws what write_mesh(path, ...) would throw for the name alone; for programs that check before long work.
 void check_writable_mesh(const std::filesystem::path& path);
 
-/// Gives `write` a stream to a file beside `path` and renames it to `path` when `write` returned and
-/// everything reached the disk; removes it when `write` throws. Throws InputError where that cannot be done.
+/// Gives `write` a stream to a file beside `path` and renames it to `path` when `write` returned and everything
+/// was written; removes it when `write` throws. Throws InputError where that cannot be done.
 void write_whole(const std::filesystem::path& path, const std::function<void(std::ostream&)>& write);
 
 /// Throws InputError if the folder of `path` does not exist, or `path` is a folder or cannot be written.
 void check_writable(const std::filesystem::path& path);
 
-/// A ParaView time series: NAME.pvd and NAME_0000.vtu, NAME_0001.vtu, ... beside it. After every add() the
-/// .pvd lists every step written so far, so that a run that is stopped leaves a readable series.
+/// A ParaView time series: NAME.pvd and NAME_0000.vtu, NAME_0001.vtu, ... beside it. After every add() the .pvd lists
+/// every step written so far, so that a run that is stopped leaves a readable series.
 class SeriesWriter {
   public:
     /// Throws InputError unless `path` ends in .pvd and can be written.

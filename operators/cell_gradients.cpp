@@ -23,8 +23,7 @@ CellGradients cell_gradients(const Mesh& mesh, Index cell) {
             break;
         }
         case CellKind::triangle: {
-            // The edge opposite to a corner, turned by a quarter in the triangle's plane, over twice the
-            // area.
+            // The edge opposite to a corner, turned by a quarter in the triangle's plane, over twice the area.
             const Vector3 doubled_area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
             const Vector3 normal = doubled_area / doubled_area.squaredNorm();
             for (Eigen::Index k = 0; k < 3; ++k) {

@@ -12,9 +12,8 @@
 
 namespace beltrami {
 
-/// The factor between K x and the Laplacian of x; A is the area of all triangles at the vertex, n its
-/// valence. They agree at n = 6. c1 varies less over a mesh, c2 is right on average and at sharp corners
-/// (Table 1 of the paper).
+/// The factor between K x and the Laplacian of x; A is the area of all triangles at the vertex, n its valence. They
+/// agree at n = 6. c1 varies less over a mesh, c2 is right on average and at sharp corners (Table 1 of the paper).
 enum class CurvatureCorrection {
     c1,  ///< 4 cos^2(pi / n) / A
     c2   ///< 3 / A
@@ -26,8 +25,7 @@ struct MeanCurvature {
     Index boundary_vertices = 0;  ///< where curvature is not defined and both are set to zero
 };
 
-/// In the mesh's own order. `laplacian` is the mesh's, with cotangent weights. Throws InputError unless
-/// triangles.
+/// In the mesh's own order. `laplacian` is the mesh's, with cotangent weights. Throws InputError unless triangles.
 MeanCurvature mean_curvature(const Mesh& mesh, const Laplacian& laplacian, CurvatureCorrection correction);
 
 }  // namespace beltrami

@@ -35,7 +35,13 @@ Index width(const Rows<Scalar>& rows) {
     return rows.columns;
 }
 
-void require_rows(Eigen::Index got, Index rows) {
+template <class Values>
+void require_fit(const Values& u, const Values& y, Index rows) {
+    if (u.size() > 0 && u.data() == y.data()) {
+        throw InputError("a product was asked to write over the field it reads",
+                         "give it another field to write to");
+    }
+    const Eigen::Index got = u.rows();
     if (got == rows) return;
     throw InputError(fmt::format("an operator of {} rows got a field of {} rows", rows, got),
                      "give one row a vertex, in the working order");
@@ -85,8 +91,7 @@ void sweep(const Rows<Scalar>& a, Index begin, Index end, Index limit, Scalar* b
     }
 }
 
-// Rows begin..end of the product. y is cleared a block ahead of where it is first written, while it is in
-// cache.
+// Rows begin..end of the product. y is cleared a block ahead of where it is first written, while it is in cache.
 template <int K, class Scalar>
 void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index begin, Index end,
                  Scalar* beyond) {
@@ -109,9 +114,8 @@ void sweep_chunk(const Rows<Scalar>& a, const std::vector<Index>& reach, Index b
     }
 }
 
-// Each thread owns a run of rows. What it adds to rows of later threads goes to a buffer of its own, added to
-// the owner's rows when all sweeps are done. In Cuthill-McKee order the buffers are as short as the
-// bandwidth.
+// Each thread owns a run of rows. What it adds to rows of later threads goes to a buffer of its own, added to the
+// owner's rows when all sweeps are done. In Cuthill-McKee order the buffers are as short as the bandwidth.
 template <int K, class Scalar>
 void multiply_rows(const Rows<Scalar>& a, const std::vector<Index>& reach, Index n) {
     const Index k = width<K>(a);
@@ -122,37 +126,37 @@ void multiply_rows(const Rows<Scalar>& a, const std::vector<Index>& reach, Index
         sweep_chunk<K, Scalar>(a, reach, 0, n, nullptr);
         return;
     }
-    std::vector<std::vector<Scalar>> beyond(static_cast<std::size_t>(wanted));
-    std::vector<Index> begin(static_cast<std::size_t>(wanted) + 1, n);
+    const auto chunks = static_cast<std::size_t>(wanted);
+    const auto numbers = [k](Index rows) {
+        return static_cast<std::size_t>(rows) * static_cast<std::size_t>(k);
+    };
+    std::vector<Index> begin(chunks + 1);
+    for (std::size_t t = 0; t <= chunks; ++t) {
+        begin[t] = std::min(
+            n, static_cast<Index>(std::int64_t{blocks} * static_cast<std::int64_t>(t) / wanted) * block_rows);
+    }
+    std::vector<std::vector<Scalar>> beyond(chunks);
+    for (std::size_t t = 0; t < chunks; ++t) {
+        const Index highest = reach[static_cast<std::size_t>((begin[t + 1] - 1) / block_rows)];
+        beyond[t].resize(numbers(std::max<Index>(0, highest - begin[t + 1])));
+    }
 #pragma omp parallel num_threads(wanted)
     {
-        const auto t = static_cast<std::size_t>(omp_get_thread_num());
-        const auto threads = static_cast<std::size_t>(omp_get_num_threads());
-        const auto start = [&](std::size_t thread) {
-            const auto block =
-                static_cast<Index>(static_cast<std::int64_t>(blocks) * static_cast<std::int64_t>(thread) /
-                                   static_cast<std::int64_t>(threads));
-            return std::min(n, block * block_rows);
-        };
-        const Index first = start(t);
-        const Index end = start(t + 1);
-        begin[t] = first;
-        const Index highest = first < end ? reach[static_cast<std::size_t>((end - 1) / block_rows)] : end;
-        beyond[t].assign(
-            static_cast<std::size_t>(std::max<Index>(0, highest - end)) * static_cast<std::size_t>(k),
-            Scalar(0));
-        sweep_chunk<K, Scalar>(a, reach, first, end, beyond[t].data());
-#pragma omp barrier
-        for (std::size_t s = 0; s < t; ++s) {
-            const Index origin = begin[s + 1];
-            const auto length = static_cast<Index>(beyond[s].size() / static_cast<std::size_t>(k));
-            const Index to = std::min(end, origin + length);
-            for (Index j = std::max(first, origin); j < to; ++j) {
-                for (Index c = 0; c < k; ++c) {
-                    a.y[static_cast<std::ptrdiff_t>(j) * k + c] +=
-                        beyond[s][static_cast<std::size_t>(j - origin) * static_cast<std::size_t>(k) +
-                                  static_cast<std::size_t>(c)];
-                }
+#pragma omp for schedule(static, 1)
+        for (std::size_t t = 0; t < chunks; ++t) {
+            sweep_chunk<K, Scalar>(a, reach, begin[t], begin[t + 1], beyond[t].data());
+        }
+#pragma omp for schedule(static, 1)
+        for (std::size_t t = 0; t < chunks; ++t) {
+            for (std::size_t s = 0; s < t; ++s) {
+                const Index origin = begin[s + 1];
+                const auto length = static_cast<Index>(beyond[s].size() / static_cast<std::size_t>(k));
+                const Index first = std::max(begin[t], origin);
+                const Index end = std::max(first, std::min(begin[t + 1], origin + length));
+                const Scalar* const from = beyond[s].data() + numbers(first - origin);
+                Scalar* const to = a.y + numbers(first);
+                for (std::size_t i = 0; i < numbers(end - first); ++i)
+                    to[i] += from[i];
             }
         }
     }
@@ -210,14 +214,14 @@ void EdgeOperator<Scalar>::multiply(const Scalar* u, Scalar* y, Index columns) c
 
 template <class Scalar>
 void EdgeOperator<Scalar>::apply(const Values& u, Values& y) const {
-    require_rows(u.rows(), rows());
+    require_fit(u, y, rows());
     y.resize(u.rows(), u.cols());
     multiply(u.data(), y.data(), static_cast<Index>(u.cols()));
 }
 
 template <class Scalar>
 void EdgeOperator<Scalar>::apply(const Array& u, Array& y) const {
-    require_rows(u.rows(), rows());
+    require_fit(u, y, rows());
     y.resize(u.rows());
     multiply(u.data(), y.data(), 1);
 }
@@ -227,6 +231,7 @@ Eigen::SparseMatrix<Scalar> EdgeOperator<Scalar>::to_sparse() const {
     using Sparse = Eigen::SparseMatrix<Scalar>;
     const Index n = rows();
     Sparse matrix(n, n);
+    if (n == 0) return matrix;
     Eigen::Matrix<Index, Eigen::Dynamic, 1> column_size(n);
     for (Index i = 0; i < n; ++i)
         column_size[i] = 1 + graph_->degree(i);

@@ -4,8 +4,8 @@
 //     K.apply(u, y);                                   // y = K u; u is n x k row-major, or a vector
 //     Eigen::SparseMatrix<double> A = K.to_sparse();   // only for direct solvers and tests
 //
-// Stiffness, consistent mass, graph Laplacians, surfaces, solids, non-manifold meshes: the same class with
-// different numbers in it (Kim & Rossignac, section 3.3: K_ii is stored with the vertex, K_ij with the edge).
+// Stiffness, consistent mass, graph Laplacians, surfaces, solids, non-manifold meshes: the same class with different
+// numbers in it (Kim & Rossignac, section 3.3: K_ii is stored with the vertex, K_ij with the edge).
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -18,8 +18,7 @@
 
 namespace beltrami {
 
-/// Self-adjoint: A_ii = diagonal[i] and A_ij = edge[e], A_ji = conj(edge[e]) for edge e from i to j > i.
-/// Immutable.
+/// Self-adjoint: A_ii = diagonal[i] and A_ij = edge[e], A_ji = conj(edge[e]) for edge e from i to j > i. Immutable.
 template <class Scalar>
 class EdgeOperator {
   public:
@@ -34,9 +33,9 @@ class EdgeOperator {
     [[nodiscard]] const Array& diagonal() const { return diagonal_; }
     [[nodiscard]] const Array& edges() const { return edges_; }
 
-    /// y = A u. u is n x k; y is resized. One sweep over the edges, on the threads that OpenMP has when the
-    /// work is worth them. With T > 1 threads the sums are taken in another order than with one. Throws
-    /// InputError for a number of rows other than n.
+    /// y = A u. u is n x k; y is resized. One sweep over the edges, on the threads that OpenMP has when the work is
+    /// worth them. With T > 1 threads the sums are taken in another order than with one. Throws InputError for a
+    /// number of rows other than n, and where y is u.
     void apply(const Values& u, Values& y) const;
     void apply(const Array& u, Array& y) const;
 

@@ -32,6 +32,13 @@ Laplacian::Laplacian(const Mesh& mesh, const LaplacianOptions& options) {
         throw InputError("the mesh has no cells: a Laplacian needs segments, triangles or tetrahedra",
                          "triangulate the points first");
     }
+    // Products of four lengths must neither overflow nor vanish.
+    const double extent =
+        (mesh.points().colwise().maxCoeff() - mesh.points().colwise().minCoeff()).maxCoeff();
+    if (extent > 1e60 || extent < 1e-60) {
+        throw InputError(fmt::format("the mesh is {:.3g} units wide", extent),
+                         "rescale it to a size between 1e-60 and 1e60");
+    }
     const Mesh kept(mesh.points(), non_degenerate_cells(mesh));
     if (kept.cell_count() == 0) {
         throw InputError(

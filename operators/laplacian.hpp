@@ -1,12 +1,10 @@
-// The Laplacian of a mesh, ready for solvers: stiffness K and lumped mass M in the working order, and the
-// order itself.
+// The Laplacian of a mesh, ready for solvers: stiffness K and lumped mass M in the working order, and the order itself.
 //
 //     const Laplacian laplacian(mesh);
 //     laplacian.stiffness().apply(u, y);               // u in the working order
 //     Block u = laplacian.order().to_working(field);   // the door from the user's order
 //
-// -D K u, with D = M^-1, approximates the Laplace-Beltrami operator at each vertex (eq. (7) of Kim &
-// Rossignac).
+// -D K u, with D = M^-1, approximates the Laplace-Beltrami operator at each vertex (eq. (7) of Kim & Rossignac).
 #pragma once
 
 #include <memory>
@@ -34,8 +32,7 @@ class Laplacian {
     /// Degenerate cells are left out and counted. Throws InputError for a mesh without cells.
     explicit Laplacian(const Mesh& mesh, const LaplacianOptions& options = {});
 
-    /// From an operator of your own; mass: n, in the numbering of the operator's graph, as working numbers of
-    /// `order`.
+    /// From an operator of your own; mass: n, in the numbering of the operator's graph, as working numbers of `order`.
     Laplacian(EdgeOperator<double> stiffness, Vector mass, Renumbering order);
 
     [[nodiscard]] Index vertex_count() const { return stiffness_->rows(); }

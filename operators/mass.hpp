@@ -16,7 +16,7 @@ namespace beltrami {
 enum class Mass {
     barycentric,  ///< an equal share of every cell: the D of eq. (6) of Kim & Rossignac is 1 / this
     voronoi       ///< mixed Voronoi cells of Meyer et al. 2003 (halves and quarters at obtuse triangles);
-             ///< triangles only, the same as barycentric on segments
+                  ///< triangles only, the same as barycentric on segments
 };
 
 /// n. Throws InputError for Voronoi mass of tetrahedra, which can be negative, and for a mesh of points.

@@ -26,8 +26,8 @@ void combine(double a, const Block& x, double b, const Vector& weight, const Blo
     }
 }
 
-// The diagonal of K (D K)^(m - 1) for m >= 3, by walking the rings of each vertex. With s = (D K)^a e_i, a =
-// (m - 1) / 2 rounded down, and q = K s, the entry is q^T s for odd m and q^T D q for even m.
+// The diagonal of K (D K)^(m - 1) for m >= 3, by walking the rings of each vertex. With s = (D K)^a e_i, a = (m - 1) / 2
+// rounded down, and q = K s, the entry is q^T s for odd m and q^T D q for even m.
 class RingDiagonal {
   public:
     RingDiagonal(const Laplacian& laplacian, int terms)

@@ -4,8 +4,8 @@
 //     PdeOperator B(laplacian, 0.0, {1.0, 0.1});          // Laplacian and bi-Laplacian mixed
 //     B.apply(u, y);                                      // two products with K
 //
-// The stiffness K~ of eq. (13) of Kim & Rossignac is sigma = 0. Symmetric; positive semidefinite when sigma
-// and all gamma are not negative.
+// The stiffness K~ of eq. (13) of Kim & Rossignac is sigma = 0. Symmetric; positive semidefinite when sigma and all
+// gamma are not negative.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -17,16 +17,14 @@ namespace beltrami {
 
 class PdeOperator {
   public:
-    /// gamma[i - 1] multiplies K (D K)^(i - 1). Throws InputError for a coefficient that is negative or not
-    /// finite.
+    /// gamma[i - 1] multiplies K (D K)^(i - 1). Throws InputError for a coefficient that is negative or not finite.
     PdeOperator(Laplacian laplacian, double sigma, std::vector<double> gamma);
 
     [[nodiscard]] const Laplacian& laplacian() const { return laplacian_; }
     [[nodiscard]] double sigma() const { return sigma_; }
     [[nodiscard]] const std::vector<double>& gamma() const { return gamma_; }
     [[nodiscard]] Index rows() const { return laplacian_.vertex_count(); }
-    /// The number of terms with K up to the last whose coefficient is not zero: the products with K in one
-    /// apply().
+    /// The number of terms with K up to the last whose coefficient is not zero: the products with K in one apply().
     [[nodiscard]] int order() const { return static_cast<int>(gamma_.size()); }
 
     /// Room for intermediate fields, kept by callers that apply often.
@@ -35,8 +33,7 @@ class PdeOperator {
         Block product;
     };
 
-    /// y = A u for an n x k block, in the working order, as sigma M u + K (gamma_1 u + D K (gamma_2 u +
-    /// ...)).
+    /// y = A u for an n x k block, in the working order, as sigma M u + K (gamma_1 u + D K (gamma_2 u + ...)).
     void apply(const Block& u, Block& y, Workspace& workspace) const;
     void apply(const Block& u, Block& y) const;
 

@@ -30,8 +30,8 @@ ElementMatrix gradient_element(const Mesh& mesh, Index cell) {
     return std::abs(signed_measure(mesh, cell)) * (gradients * gradients.transpose());
 }
 
-// Off-diagonal entries are added as the element gives them; the diagonal is minus their sum, so that
-// constants are in the null space to the last bit that summation allows.
+// Off-diagonal entries are added as the element gives them; the diagonal is minus their sum, so that constants are in
+// the null space to the last bit that summation allows.
 template <class Element>
 EdgeOperator<double> assemble(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph, Element element) {
     Vector diagonal = Vector::Zero(graph->vertex_count());

@@ -16,15 +16,14 @@
 
 namespace beltrami {
 
-/// The stiffness of linear elements of the mesh's kind: segments (1 / length), triangles or tetrahedra.
-/// Throws InputError for a mesh of points.
+/// The stiffness of linear elements of the mesh's kind: segments (1 / length), triangles or tetrahedra. Throws
+/// InputError for a mesh of points.
 EdgeOperator<double> stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
 /// Triangles: K_e = A B_s B_s^T, eq. (4) of Kim & Rossignac. Throws InputError for other cells.
 EdgeOperator<double> cotangent_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
-/// Tetrahedra: K_ij = (area vector of face i) . (area vector of face j) / (9 V). Throws InputError for other
-/// cells.
+/// Tetrahedra: K_ij = (area vector of face i) . (area vector of face j) / (9 V). Throws InputError for other cells.
 EdgeOperator<double> tetrahedral_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
 /// Each K_e times the cell's area (length, volume): small cells become soft, large ones stiff (section 5.2).

@@ -37,6 +37,10 @@ namespace {
         throw SolveError(fmt::format("the Cholesky factor of {} unknowns does not fit in memory", n),
                          "use the solver cg");
     }
+    if (common.status < CHOLMOD_OK) {
+        throw SolveError(fmt::format("CHOLMOD failed on {} unknowns with status {}", n, common.status),
+                         "use the solver cg");
+    }
     throw SolveError(fmt::format("the operator is not positive definite on its {} unknowns", n),
                      "every component needs a constraint; extreme slivers have the same effect");
 }

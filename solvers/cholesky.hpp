@@ -18,8 +18,8 @@ class Cholesky {
         metis  ///< less fill: for a factor that is used many times
     };
 
-    /// Analyses and factors. Throws SolveError where A is not positive definite (which CHOLMOD's supernodal
-    /// code does not report by its status alone) or memory does not suffice.
+    /// Analyses and factors. Throws SolveError where A is not positive definite (which CHOLMOD's supernodal code does
+    /// not report by its status alone) or memory does not suffice.
     explicit Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering = Ordering::amd);
     Cholesky(Cholesky&&) noexcept;
     Cholesky& operator=(Cholesky&&) noexcept;
@@ -27,7 +27,7 @@ class Cholesky {
     Cholesky& operator=(const Cholesky&) = delete;
     ~Cholesky();
 
-    /// x = A^-1 b, n x k. Throws InputError for a wrong number of rows.
+    /// x = A^-1 b, n x k. One thread at a time: CHOLMOD keeps its work space with the factor. Throws InputError for a wrong number of rows.
     void solve(const Block& b, Block& x) const;
 
     [[nodiscard]] Index rows() const;

@@ -1,7 +1,5 @@
 #include "beltrami/solvers/conjugate_gradients.hpp"
 
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -57,9 +55,8 @@ void clear_rows(std::span<const Index> rows, Block& block) {
         block.row(i).setZero();
 }
 
-// The error in the energy norm, from the terms by which each step lowers its square: the sum of the next
-// `delay` terms bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos &
-// Tichy 2002).
+// The error in the energy norm, from the terms by which each step lowers its square: the sum of the next `delay` terms
+// bounds it from below, closely once convergence is steady (Hestenes & Stiefel 1952; Strakos & Tichy 2002).
 class EnergyError {
   public:
     // All terms add up to |x* - x_0|^2; `beyond` is what is missing to the square of the solution itself.
@@ -97,6 +94,15 @@ Vector column_norms(const Block& r, const Vector& weight) {
     return column_sums(r.rows(), r.cols(),
                        [&](Eigen::Index i, Eigen::Index at) { return weight[i] * values[at] * values[at]; })
         .cwiseSqrt();
+}
+
+double worst_ratio(const Vector& norms, const Vector& loads) {
+    double worst = 0.0;
+    for (Eigen::Index c = 0; c < norms.size(); ++c) {
+        // Written so that NaN is the worst of all.
+        if (loads[c] > 0.0 && !(norms[c] / loads[c] <= worst)) worst = norms[c] / loads[c];
+    }
+    return std::isnan(worst) ? std::numeric_limits<double>::infinity() : worst;
 }
 
 CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal,
@@ -170,7 +176,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
                 // At the start nothing is known of the energy error but that a residual at rounding ends it.
                 errors[c] = first ? std::numeric_limits<double>::max()
                                   : energy_errors[static_cast<std::size_t>(c)].relative();
-                if (std::sqrt(rz[c]) <= 1e-15 * load[c]) errors[c] = 0.0;
+                if (std::sqrt(rz[c]) <= 1e-15 * load[c]) errors[c] = std::min(errors[c], 1e-15);
             } else {
                 errors[c] = norms[c] / load[c];
             }
@@ -225,12 +231,9 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     // The recurrence drifts from the true residual: report what x really is.
     masked_residual(apply, held, b, x, r);
     ++result.products;
-    const Vector fresh = column_norms(r, inverse_diagonal);
-    for (Eigen::Index c = 0; c < k; ++c) {
-        const double relative = scaled_load[c] > 0.0 ? fresh[c] / scaled_load[c] : 0.0;
-        result.relative_residual = std::max(result.relative_residual, relative);
-    }
+    result.relative_residual = worst_ratio(column_norms(r, inverse_diagonal), scaled_load);
     result.error = errors.size() > 0 ? errors.maxCoeff() : 0.0;
+    if (!energy) result.error = worst_ratio(column_norms(r, weight), load);
     if (indefinite || !std::isfinite(result.relative_residual)) {
         result.reason = StopReason::not_definite;
     } else if (!all_done) {

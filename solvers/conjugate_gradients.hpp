@@ -3,9 +3,9 @@
 //     CgOptions options{.tolerance = 1e-10};
 //     CgResult result = conjugate_gradients(apply, jacobi(diagonal, held), held, b, x, options);
 //
-// Held vertices are masked: their rows of x are read and never changed, and nothing is rebuilt when they
-// change. Each column runs its own iteration (step lengths of its own, stopped when it has converged) over
-// shared products. Source: Hestenes & Stiefel 1952; the masking is section 4.1 of Kim & Rossignac.
+// Held vertices are masked: their rows of x are read and never changed, and nothing is rebuilt when they change. Each
+// column runs its own iteration (step lengths of its own, stopped when it has converged) over shared products.
+// Source: Hestenes & Stiefel 1952; the masking is section 4.1 of Kim & Rossignac.
 #pragma once
 
 #include <functional>
@@ -32,15 +32,15 @@ struct CgResult {
     StopReason reason = StopReason::iteration_limit;
     int iterations = 0;  ///< of the column that took the most
     long products = 0;
-    double error = 0.0;  ///< in the norm asked for, the worst column
+    double error = 0.0;  ///< in the norm asked for, residuals computed afresh, the worst column
     double relative_residual =
         0.0;                       ///< scaled by `inverse_diagonal`, from a fresh residual, the worst column
     std::size_t memory_bytes = 0;  ///< of the work fields
 };
 
-/// Solves A x = b for the rows that are not held. b: n x k. x: n x k, on entry the start (held rows at their
-/// values). inverse_diagonal: n, positive, the Jacobi preconditioner. Throws Cancelled; never throws for a
-/// solve that fails: see `reason`, and x then is the last iterate.
+/// Solves A x = b for the rows that are not held. b: n x k. x: n x k, on entry the start (held rows at their values).
+/// inverse_diagonal: n, positive, the Jacobi preconditioner. Throws Cancelled; never throws for a solve that fails:
+/// see `reason`, and x then is the last iterate.
 CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal,
                              std::span<const Index> held, const Block& b, Block& x,
                              const CgOptions& options = {});
@@ -51,5 +51,8 @@ void masked_residual(const Product& apply, std::span<const Index> held, const Bl
 
 /// The square root of the sum of weight_i r_ic^2 over i, for each column c.
 Vector column_norms(const Block& r, const Vector& weight);
+
+/// The largest norm / load over the columns that have a load; infinity for NaN.
+double worst_ratio(const Vector& norms, const Vector& loads);
 
 }  // namespace beltrami

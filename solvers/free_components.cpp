@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "beltrami/framework/error.hpp"
 
 namespace beltrami {

@@ -13,9 +13,9 @@ enum class FreeComponents {
     keep_at_zero  ///< their values are 0
 };
 
-/// The constraints (in the user's order) with every vertex of the components without any constraint held at
-/// zero; with FreeComponents::refuse throws InputError that counts those components and names a vertex of
-/// each (ten at most). Isolated vertices are not components: nothing is solved there.
+/// The constraints (in the user's order) with every vertex of the components without any constraint held at zero;
+/// with FreeComponents::refuse throws InputError that counts those components and names a vertex of each (ten at
+/// most). Isolated vertices are not components: nothing is solved there.
 Constraints hold_free_components(const Laplacian& laplacian, const Constraints& held, FreeComponents policy);
 
 }  // namespace beltrami

@@ -4,12 +4,10 @@
 //     Constraints held{{120, 0.0}, {8999, 1.0}};
 //     LinearSummary summary = solver.solve(b, held, x);      // x: start in, solution out
 //     held.fix(42, 0.5);
-//     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the
-//     factor
+//     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the factor
 //
-// Everything here is in the working order of the operator's Laplacian. Vertices whose row of A is zero
-// (isolated ones) keep what x has. A factor is kept while the set of held vertices stays the same; their
-// values may change freely.
+// Everything here is in the working order of the operator's Laplacian. Vertices whose row of A is zero (isolated ones)
+// keep what x has. A factor is kept while the set of held vertices stays the same; their values may change freely.
 #pragma once
 
 #include <memory>
@@ -31,7 +29,7 @@ enum class SolverKind { automatic, cg, cholesky };
 
 struct LinearSolverOptions {
     SolverKind kind = SolverKind::automatic;
-    /// In `norm`. Smaller than about 1e-13 asks for more than double precision has.
+    /// In `norm`. Below about 1e-12 rounding may stop a solve short of it.
     double tolerance = 1e-10;
     /// Of conjugate gradients. Direct solves are refined to the tolerance in the scaled residual, or with K D
     /// K in the size of the last refinement.
@@ -51,17 +49,15 @@ class LinearSolver {
     explicit LinearSolver(PdeOperator A, LinearSolverOptions options = {});
 
     /// b: n x k. x: n x k; the free rows are the start (used by both solvers), the held rows are set to the
-    /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes,
-    /// numbers that are not finite and held vertices out of range, SolveError where a factorization breaks
-    /// down, Cancelled. A solve that does not converge returns with converged = false and the last iterate in
-    /// x: see require_converged().
+    /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes, numbers that
+    /// are not finite and held vertices out of range, SolveError where a factorization breaks down, Cancelled. A solve
+    /// that does not converge returns with converged = false and the last iterate in x: see require_converged().
     [[nodiscard]] LinearSummary solve(const Block& b, const Constraints& held, Block& x);
 
     [[nodiscard]] const PdeOperator& op() const { return A_; }
 
-    /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of
-    /// Kim & Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over
-    /// each component.
+    /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of Kim &
+    /// Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over each component.
     void reaction(const Block& b, const Block& x, const Constraints& held, Block& f) const;
 
   private:

@@ -8,8 +8,8 @@
 
 namespace beltrami {
 
-/// In which norm, and against what, a solve is stopped. r = b - A x on the free vertices, r_0 the same with
-/// the free values at zero (so constraints count as load), P = diag(A).
+/// In which norm, and against what, a solve is stopped. r = b - A x on the free vertices, r_0 the same with the free
+/// values at zero (so constraints count as load), P = diag(A).
 enum class StoppingNorm {
     automatic,        ///< energy_error for operators with K D K, scaled_residual for all others
     residual,         ///< |r|_2 / |r_0|_2

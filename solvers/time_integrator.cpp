@@ -68,6 +68,9 @@ TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions 
             start_ = make_solver({1.0, 1.0});
             break;
     }
+    for (Index i = 0; i < laplacian_.vertex_count(); ++i) {
+        if (laplacian_.mass()[i] == 0.0) isolated_.push_back(i);
+    }
     set_state(Block::Zero(laplacian_.vertex_count(), 1));
 }
 
@@ -89,10 +92,8 @@ void TimeIntegrator::set_state(Block u, Block v) {
     }
     u_ = std::move(u);
     v_ = std::move(v);
-    // An isolated vertex has no equation: it stays where it is.
-    for (Index i = 0; i < n; ++i) {
-        if (laplacian_.mass()[i] == 0.0) v_.row(i).setZero();
-    }
+    for (const Index i : isolated_)
+        v_.row(i).setZero();
     reaction_ = Block::Zero(u_.rows(), u_.cols());
     step_count_ = 0;
 }
@@ -151,10 +152,21 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     solver.reaction(load, w, held_velocity, reaction_);
 
     u_before_ = std::exchange(u_, base + reach * w);
-    // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry
-    // on.
-    if (options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0) w = 2.0 * w - v_;
+    // The midpoint's w is the mean of the old and new velocities; a first-order PDE has no velocity to carry on, and
+    // that of a held vertex is what moves it.
+    if (options_.method == TimeMethod::implicit_midpoint && pde_.alpha > 0.0) {
+        Block mean = w;
+        w = 2.0 * w - v_;
+        for (const Index i : held.vertices())
+            w.row(i) = mean.row(i);
+    }
     v_before_ = std::exchange(v_, std::move(w));
+    // An isolated vertex has no equation: once let go it stays where it was put.
+    for (const Index i : isolated_) {
+        v_.row(i).setZero();
+        v_before_.row(i).setZero();
+        u_before_.row(i) = u_.row(i);
+    }
     ++step_count_;
 }
 

@@ -18,8 +18,8 @@
 
 namespace beltrami {
 
-/// alpha M u'' + (beta_1 M + beta_2 K~) u' + K~ u = f with K~ = sum of gamma_i K (D K)^(i-1). Heat is beta_1
-/// = 1, gamma_1 = 1 (diffusivity); waves are alpha = 1, gamma_1 = 1 (squared speed).
+/// alpha M u'' + (beta_1 M + beta_2 K~) u' + K~ u = f with K~ = sum of gamma_i K (D K)^(i-1). Heat is beta_1 = 1,
+/// gamma_1 = 1 (diffusivity); waves are alpha = 1, gamma_1 = 1 (squared speed).
 struct Pde {
     double alpha = 0.0;
     double beta_1 = 0.0;
@@ -34,7 +34,7 @@ enum class TimeMethod {
     backward_euler,     ///< eq. (14), (15) as published: first order, unconditionally stable, damps waves
     implicit_midpoint,  ///< second order, keeps the energy of an undamped wave to the tolerance of the
                         ///< solves; does not smooth heat that starts with jumps
-    bdf2  ///< second order and stiffly stable: for heat. The first step is backward Euler
+    bdf2                ///< second order and stiffly stable: for heat. The first step is backward Euler
 };
 std::string_view name(TimeMethod method);
 
@@ -50,15 +50,14 @@ class TimeIntegrator {
     /// Throws InputError for a step that is not positive and finite, or a PDE that Pde::check refuses.
     TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions options);
 
-    /// u, v: n x k, displacement and velocity at time 0, in the working order. v is not used by first-order
-    /// PDEs.
+    /// u, v: n x k, displacement and velocity at time 0, in the working order. v is not used by first-order PDEs.
     void set_state(Block u, Block v);
     void set_state(Block u);
 
-    /// One step to time() + step. `held` gives u at the new time; its vertices may differ from step to step.
-    /// f: the load {f} in units of K~ u (n x k) at the new time (at the middle of the step for implicit
-    /// midpoint), none if null. Throws InputError for wrong shapes and held vertices out of range, SolveError
-    /// when the linear solve does not converge, and then the state is that before the step.
+    /// One step to time() + step. `held` gives u at the new time; its vertices may differ from step to step. f: the
+    /// load {f} in units of K~ u (n x k) at the new time (at the middle of the step for implicit midpoint), none if
+    /// null. Throws InputError for wrong shapes and held vertices out of range, SolveError when the linear
+    /// solve does not converge, and then the state is that before the step.
     void advance(const Constraints& held, const Block* f = nullptr);
 
     [[nodiscard]] const Block& u() const { return u_; }
@@ -66,8 +65,8 @@ class TimeIntegrator {
     [[nodiscard]] double time() const { return step_count_ * options_.step; }
     [[nodiscard]] int step_count() const { return step_count_; }
 
-    /// The forces that held the vertices in the last step (n x k, zero at free ones), row i of eq. (16): what
-    /// must be added to f there.
+    /// The forces that held the vertices in the last step (n x k, zero at free ones), row i of eq. (16): what must be
+    /// added to f there.
     [[nodiscard]] const Block& reaction() const { return reaction_; }
 
     /// alpha/2 v^T M v + 1/2 u^T K~ u, for each column.
@@ -90,6 +89,7 @@ class TimeIntegrator {
     PdeOperator stiffness_;
     std::unique_ptr<LinearSolver> start_;  // the first step of bdf2
     std::unique_ptr<LinearSolver> main_;
+    std::vector<Index> isolated_;  // vertices without mass
     Block u_, v_, u_before_, v_before_;
     Block reaction_;
     int step_count_ = 0;

@@ -7,11 +7,23 @@ mesh=${2:-/usr/share/glmark2/models/bunny.obj}
 out=$PWD/demo
 mkdir -p "$out"
 
-# Vertices of the demonstration: the first, and one a half and three quarters through the file.
+# Three vertices of the demonstration, spread over the file; isolated ones, which nothing can move, are passed over.
 count=$("$program" info "$mesh" --json | grep -m1 '"vertices"' | tr -dc 0-9)
-a=0
-b=$((count / 2))
-c=$((count * 3 / 4))
+usable() {
+  "$program" wave "$mesh" --impulse "$1=1" --steps 1 --time 1e-9 --solver cg --quiet -o "$out/.try.ply" >/dev/null 2>&1
+}
+spread=()
+for part in 0 8 12 1 2 3 4 5 6 7 9 10 11 13 14 15; do
+  vertex=$((count * part / 16))
+  [ "${#spread[@]}" -lt 3 ] && usable "$vertex" && spread+=("$vertex")
+done
+rm -f "$out/.try.ply"
+if [ "${#spread[@]}" -lt 3 ]; then
+  "$program" heat "$mesh" --source 0=100 -o "$out/heat.ply" # says what is wrong with the mesh
+  echo "demo: too few of the mesh's vertices belong to cells" >&2
+  exit 2
+fi
+a=${spread[0]} b=${spread[1]} c=${spread[2]}
 
 show() { printf '\n$ beltrami'; printf ' %s' "$@"; printf '\n'; "$program" "$@"; }
 

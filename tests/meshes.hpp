@@ -9,8 +9,7 @@
 
 namespace beltrami::testing {
 
-/// The folder of real meshes beside the project; tests that want one skip with a message where it is not
-/// there.
+/// The folder of real meshes beside the project; tests that want one skip with a message where it is not there.
 inline std::filesystem::path shared_mesh(const std::string& name) {
     return std::filesystem::path(BELTRAMI_SHARED_MESHES) / name;
 }

@@ -34,8 +34,13 @@ void add_heat(CLI::App& program, Run& run) {
         const Laplacian laplacian = run.build(mesh);
         // Heat reaches about sqrt(4 t).
         const double reach = extent(mesh);
-        run_simulation(run, *options, mesh, 0.25 * reach * reach,
-                       [&](const EvolveOptions& evolve) { return heat(laplacian, start, sources, evolve); });
+        run_simulation(run, *options, mesh, 0.25 * reach * reach, [&](const EvolveOptions& evolve) {
+            Evolution evolution = heat(laplacian, start, sources, evolve);
+            Block given = start;
+            sources.impose(given);
+            run.warn_outside(laplacian, evolution.u, given);
+            return evolution;
+        });
     });
 }
 

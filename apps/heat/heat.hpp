@@ -11,8 +11,8 @@
 
 namespace beltrami {
 
-/// initial: n x k, sources: k columns, both in the user's order. Isolated vertices keep their initial value.
-/// Throws InputError as evolve() does; SolveError without convergence.
+/// initial: n x k, sources: k columns, both in the user's order. Isolated vertices keep their initial value. Throws
+/// InputError as evolve() does; SolveError without convergence.
 Evolution heat(const Laplacian& laplacian, const Block& initial, const Constraints& sources,
                const EvolveOptions& options);
 

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "../program/run.hpp"
 #include "../program/values.hpp"
 
@@ -40,6 +42,14 @@ void add_interpolate(CLI::App& program, Run& run) {
         const InterpolateResult result =
             run.timed("solve", [&] { return interpolate(laplacian, fixed, interpolation); });
         run.record(result.summary);
+        if (interpolation.bilaplacian == 0.0) {
+            // What is not given is NaN; components that are kept at zero hold zeros.
+            Block given = Block::Constant(result.value.rows(), result.value.cols(), NAN);
+            fixed.impose(given);
+            if (options->keep)
+                hold_free_components(laplacian, fixed, FreeComponents::keep_at_zero).impose(given);
+            run.warn_outside(laplacian, result.value, given);
+        }
         run.write(mesh, {{"value", result.value}});
         run.finish();
     });

@@ -3,9 +3,9 @@
 //     const Constraints fixed{{120, 0.0}, {8999, 1.0}};
 //     const auto [value, summary] = interpolate(laplacian, fixed, {.laplacian = 1.0, .bilaplacian = 0.1});
 //
-// Solves (gamma_1 K + gamma_2 K D K) u = 0 for the free vertices: section 5.3 of Kim & Rossignac. The
-// Laplacian alone stays within the given values where the mesh is Delaunay, with a spike at each; the
-// bi-Laplacian is smooth at the given values and may overshoot them (docs/interpolate.md).
+// Solves (gamma_1 K + gamma_2 K D K) u = 0 for the free vertices: section 5.3 of Kim & Rossignac. The Laplacian alone
+// stays within the given values where the mesh is Delaunay, with a spike at each; the bi-Laplacian is smooth at the
+// given values and may overshoot them (docs/interpolate.md).
 #pragma once
 
 #include "beltrami/framework/constraints.hpp"
@@ -27,9 +27,8 @@ struct InterpolateResult {
     LinearSummary summary;
 };
 
-/// `fixed` in the user's numbering, k columns. Throws InputError for no constraint at all, vertices out of
-/// range, components that nothing holds and coefficients that are negative or both zero; SolveError without
-/// convergence.
+/// `fixed` in the user's numbering, k columns. Throws InputError for no constraint at all, vertices out of range,
+/// components that nothing holds and coefficients that are negative or both zero; SolveError without convergence.
 InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fixed,
                               const InterpolateOptions& options = {});
 

@@ -1,5 +1,4 @@
-// The program `beltrami`: command lines in, files out. What the commands do is in the library; see
-// */command.cpp.
+// The program `beltrami`: command lines in, files out. What the commands do is in the library; see */command.cpp.
 
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -40,14 +39,21 @@ int run_program(int argc, char** argv) {
     add_curvature(program, run);
     try {
         program.parse(argc, argv);
+        if (std::fflush(stdout) != 0) {
+            return complain("standard output cannot be written", "the disk may be full, or the pipe closed",
+                            2);
+        }
         return 0;
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return program.exit(error);  // --help, --version
         const auto chosen = program.get_subcommands();
-        return complain(error.what(),
-                        fmt::format("see beltrami{}{} --help", chosen.empty() ? "" : " ",
-                                    chosen.empty() ? "" : chosen.front()->get_name()),
-                        2);
+        return complain(
+            error.what(),
+            chosen.empty()
+                ? std::string("write beltrami COMMAND MESH [options]; see beltrami --help")
+                : fmt::format("write beltrami {0} MESH [options], MESH first; see beltrami {0} --help",
+                              chosen.front()->get_name()),
+            2);
     }
 }
 

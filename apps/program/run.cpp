@@ -5,9 +5,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <utility>
 
 #include "beltrami/apps/picture/camera.hpp"
@@ -25,8 +28,38 @@ double since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+std::size_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
+}
+
+std::string range_text(const Field& field) {
+    if (field.values.cols() == 1) {
+        return fmt::format("{} from {:.6g} to {:.6g}", field.name, field.values.minCoeff(),
+                           field.values.maxCoeff());
+    }
+    const Vector lengths = field.values.rowwise().norm();
+    return fmt::format("{} of length {:.6g} to {:.6g}", field.name, lengths.minCoeff(), lengths.maxCoeff());
+}
+
+std::atomic<Progress*> cancelled_by_signal = nullptr;
+
+void on_signal(int signal) {
+    if (Progress* const progress = cancelled_by_signal.load()) progress->cancel();
+    std::signal(signal, SIG_DFL);
+}
+
+}  // namespace
+
+void cancel_on_signal(Progress& progress) {
+    cancelled_by_signal = &progress;
+    std::signal(SIGINT, on_signal);
+    std::signal(SIGTERM, on_signal);
+}
+
 // A bar on a terminal, lines in a log; nothing for work that is over at once.
-class ProgressDisplay {
+class Run::ProgressDisplay {
   public:
     ProgressDisplay() : terminal_(isatty(STDERR_FILENO) != 0) {}
     ProgressDisplay(const ProgressDisplay&) = delete;
@@ -63,40 +96,10 @@ class ProgressDisplay {
     Clock::time_point start_ = Clock::now();
 };
 
-std::size_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::size_t>(usage.ru_maxrss) * 1024;
-}
-
-std::string range_text(const Field& field) {
-    if (field.values.cols() == 1) {
-        return fmt::format("{} from {:.6g} to {:.6g}", field.name, field.values.minCoeff(),
-                           field.values.maxCoeff());
-    }
-    const Vector lengths = field.values.rowwise().norm();
-    return fmt::format("{} of length {:.6g} to {:.6g}", field.name, lengths.minCoeff(), lengths.maxCoeff());
-}
-
-std::atomic<Progress*> cancelled_by_signal = nullptr;
-
-void on_signal(int signal) {
-    if (Progress* const progress = cancelled_by_signal.load()) progress->cancel();
-    std::signal(signal, SIG_DFL);
-}
-
-}  // namespace
-
-void cancel_on_signal(Progress& progress) {
-    cancelled_by_signal = &progress;
-    std::signal(SIGINT, on_signal);
-    std::signal(SIGTERM, on_signal);
-}
-
 Run::Run() : start_(Clock::now()) {
-    auto display = std::make_shared<ProgressDisplay>();
-    progress_ = std::make_unique<Progress>([this, display](const ProgressReport& report) {
-        if (!quiet_) display->show(report);
+    display_ = std::make_unique<ProgressDisplay>();
+    progress_ = std::make_unique<Progress>([this](const ProgressReport& report) {
+        if (!quiet_) display_->show(report);
     });
     summary_["warnings"] = nlohmann::json::array();
     summary_["outputs"] = nlohmann::json::array();
@@ -113,7 +116,7 @@ void Run::add_options(CLI::App& command, Wants wants) {
         ->required()
         ->option_text("MESH");
     if (wants.output) {
-        command.add_option("-o,--output", output_, "the mesh with its fields: .ply, .vtu, .obj or .off")
+        command.add_option("-o,--output", output_, "the mesh with its fields: .ply or .vtu")
             ->option_text("OUT");
         command.add_option("--picture", picture_, "a picture of the result")->option_text("FILE.png");
         command
@@ -152,13 +155,14 @@ void Run::also_writes(const std::filesystem::path& path) {
     other_outputs_.push_back(path);
 }
 
-Mesh Run::load_mesh() {
-    summary_["command"] = command_;
-    summary_["version"] = BELTRAMI_VERSION;
-    if (wants_output_ && output_.empty() && picture_.empty() && other_outputs_.empty()) {
-        throw InputError("nothing would be written", "say where to with -o OUT.ply");
+void Run::check_outputs() const {
+    if (!output_.empty()) {
+        check_writable_mesh(output_);
+        if (!output_.ends_with(".ply") && !output_.ends_with(".vtu")) {
+            throw InputError(output_ + " is a kind of file that holds no fields",
+                             "name it OUT.ply or OUT.vtu");
+        }
     }
-    if (!output_.empty()) check_writable_mesh(output_);
     if (!picture_.empty()) {
         check_writable(picture_);
         if (!picture_.ends_with(".png"))
@@ -168,19 +172,54 @@ Mesh Run::load_mesh() {
     if (!summary_file_.empty()) check_writable(summary_file_);
     for (const auto& path : other_outputs_)
         check_writable(path);
+    if (!range_.empty() && !(range_[0] < range_[1] && std::isfinite(range_[1] - range_[0]))) {
+        throw InputError(fmt::format("--range {},{} is no range", range_[0], range_[1]),
+                         "give LOW,HIGH with LOW < HIGH");
+    }
+    std::vector<std::pair<std::filesystem::path, std::string>> known = {{mesh_argument_, "MESH"}};
+    const auto add = [&](const std::filesystem::path& path, const std::string& option) {
+        if (path.empty()) return;
+        for (const auto& [other, name] : known) {
+            if (std::filesystem::weakly_canonical(other) == std::filesystem::weakly_canonical(path)) {
+                throw InputError(fmt::format("{} and {} are the same file, {}", name, option, path.string()),
+                                 "give each output a name of its own");
+            }
+        }
+        known.emplace_back(path, option);
+    };
+    add(output_, "-o");
+    add(picture_, "--picture");
+    add(summary_file_, "--summary");
+    for (const auto& path : other_outputs_)
+        add(path, "--series");
+}
+
+Mesh Run::load_mesh() {
+    summary_["command"] = command_;
+    summary_["version"] = BELTRAMI_VERSION;
+    if (wants_output_ && output_.empty() && picture_.empty() && other_outputs_.empty()) {
+        throw InputError("nothing would be written", "say where to with -o OUT.ply");
+    }
+    check_outputs();
     if (threads_ < 0) throw InputError(fmt::format("{} threads", threads_), "use one or more");
     if (threads_ > 0) {
+        if (threads_ > omp_get_num_procs()) {
+            warn(fmt::format("{} threads on {} cores: {} are used", threads_, omp_get_num_procs(),
+                             omp_get_num_procs()));
+            threads_ = omp_get_num_procs();
+        }
         omp_set_num_threads(threads_);
         if (openblas_set_num_threads != nullptr) openblas_set_num_threads(threads_);
     }
     summary_["threads"] = omp_get_max_threads();
 
-    const Phase phase(*this, "read");
-    constexpr std::string_view shape = "shape:";
-    Mesh mesh = mesh_argument_.starts_with(shape)
-                    ? shapes::from_name(std::string_view(mesh_argument_).substr(shape.size()))
-                    : read_mesh(mesh_argument_);
-    const MeshReport found = report(mesh);
+    Mesh mesh = timed("read", [&] {
+        constexpr std::string_view shape = "shape:";
+        return mesh_argument_.starts_with(shape)
+                   ? shapes::from_name(std::string_view(mesh_argument_).substr(shape.size()))
+                   : read_mesh(mesh_argument_);
+    });
+    const MeshReport found = timed("report", [&] { return report(mesh); });
     summary_["mesh"] = to_json(found);
     summary_["mesh"]["source"] = mesh_argument_;
     say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));
@@ -191,8 +230,7 @@ Mesh Run::load_mesh() {
 }
 
 Laplacian Run::build(const Mesh& mesh) {
-    const Phase phase(*this, "build");
-    Laplacian laplacian(mesh);
+    Laplacian laplacian = timed("build", [&] { return Laplacian(mesh); });
     if (laplacian.left_out_cells() > 0) {
         warn(fmt::format("{} of {} {} have no {} and are left out", laplacian.left_out_cells(),
                          mesh.cell_count(), plural(mesh.kind()),
@@ -215,18 +253,42 @@ LinearSolverOptions Run::linear_options() const {
     return options;
 }
 
-Run::Phase::Phase(Run& run, std::string name) : run_(run), name_(std::move(name)), start_(Clock::now()) {}
+void Run::add_seconds(const std::string& phase, Clock::time_point start) {
+    nlohmann::json& seconds = summary_["seconds"];
+    seconds[phase] = seconds.value(phase, 0.0) + since(start);
+}
 
-Run::Phase::~Phase() {
-    nlohmann::json& seconds = run_.summary_["seconds"];
-    seconds[name_] = seconds.value(name_, 0.0) + since(start_);
+void Run::warn_outside(const Laplacian& laplacian, const Block& values, const Block& given) {
+    double low = INFINITY;
+    double high = -INFINITY;
+    const auto is_isolated = [&](Index v) {
+        return laplacian.graph().degree(laplacian.order().working(v)) == 0;
+    };
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        if (is_isolated(v) || !given.row(v).allFinite()) continue;
+        low = std::min(low, given.row(v).minCoeff());
+        high = std::max(high, given.row(v).maxCoeff());
+    }
+    const double slack = 1e-7 * std::max({high - low, std::abs(low), std::abs(high)});
+    Index outside = 0;
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        if (is_isolated(v)) continue;
+        outside += values.row(v).minCoeff() < low - slack || values.row(v).maxCoeff() > high + slack ? 1 : 0;
+    }
+    if (outside == 0) return;
+    warn(fmt::format(
+        "{} of the results lie outside {:.6g} to {:.6g}, the range of what was given: obtuse cells have "
+        "negative weights",
+        outside, low, high));
 }
 
 void Run::say(const std::string& title, const std::string& text) const {
+    display_->clear();
     if (!quiet_) fmt::print("{:<10} {}\n", title, text);
 }
 
 void Run::warn(const std::string& text) {
+    display_->clear();
     spdlog::warn("{}", text);
     summary_["warnings"].push_back(text);
 }
@@ -258,7 +320,6 @@ void Run::wrote(const std::filesystem::path& path) {
 }
 
 void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) {
-    const Phase phase(*this, "write");
     for (const Field& field : fields) {
         if (!field.values.allFinite()) {
             throw SolveError(fmt::format("the result {} holds values that are not finite", field.name),
@@ -273,19 +334,22 @@ void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) 
         say("result", range_text(field));
     }
     if (!output_.empty()) {
-        write_mesh(output_, mesh, fields);
+        timed("write", [&] { write_mesh(output_, mesh, fields); });
         wrote(output_);
     }
     if (!picture_.empty()) {
         PictureOptions options = view_;
         options.title = fields.front().name;
         if (!range_.empty()) options.range = {range_[0], range_[1]};
-        write_picture(picture_, drawing ? drawing(options) : draw(mesh, &fields.front().values, options));
+        timed("write", [&] {
+            write_picture(picture_, drawing ? drawing(options) : draw(mesh, &fields.front().values, options));
+        });
         wrote(picture_);
     }
 }
 
 void Run::finish() {
+    display_->clear();
     summary_["seconds"]["total"] = since(start_);
     summary_["peak_memory_bytes"] = peak_memory_bytes();
     if (summary_file_.empty()) return;

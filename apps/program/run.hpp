@@ -1,5 +1,5 @@
-// One run of the program: the options every command has, the mesh, phases with their seconds, progress and
-// cancel, outputs, and the summary.
+// One run of the program: the options every command has, the mesh, phases with their seconds, progress and cancel,
+// outputs, and the summary.
 #pragma once
 
 #include <fmt/format.h>
@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "beltrami/beltrami.hpp"
@@ -43,20 +44,6 @@ class Run {
     [[nodiscard]] const Progress* progress() const { return progress_.get(); }
     [[nodiscard]] Progress& cancellable() { return *progress_; }
 
-    /// Times what is done until the object goes away.
-    class Phase {
-      public:
-        Phase(Run& run, std::string name);
-        Phase(const Phase&) = delete;
-        Phase& operator=(const Phase&) = delete;
-        ~Phase();
-
-      private:
-        Run& run_;
-        std::string name_;
-        std::chrono::steady_clock::time_point start_;
-    };
-
     /// A line "title  text" on standard output, unless --quiet.
     void say(const std::string& title, const std::string& text) const;
     /// A line on standard error, and an entry in the summary.
@@ -70,9 +57,8 @@ class Run {
 
     using Drawing = std::function<Image(const PictureOptions&)>;
 
-    /// Records the least and greatest value of each field, writes -o and --picture (of the first field,
-    /// unless `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value
-    /// that is not finite.
+    /// Records the least and greatest value of each field, writes -o and --picture (of the first field, unless
+    /// `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value that is not finite.
     void write(const Mesh& mesh, const Fields& fields, const Drawing& drawing = {});
     [[nodiscard]] bool wants_picture() const { return !picture_.empty(); }
     /// Writes --summary. The last thing a command does.
@@ -81,15 +67,29 @@ class Run {
     /// As --quiet: for commands whose standard output is data.
     void be_quiet() { quiet_ = true; }
 
-    /// work(), timed as a phase.
+    /// work(), with its seconds added to those of the phase; first a cancelled run stops here.
     template <class Work>
     auto timed(const std::string& phase, Work work) {
-        const Phase timer(*this, phase);
-        return work();
+        progress_->check();
+        const auto start = std::chrono::steady_clock::now();
+        if constexpr (std::is_void_v<decltype(work())>) {
+            work();
+            add_seconds(phase, start);
+        } else {
+            auto result = work();
+            add_seconds(phase, start);
+            return result;
+        }
     }
 
+    /// Warns where a result leaves the range of what was given (rows of `given`, NaN where nothing was): the maximum
+    /// principle fails. All in the user's order; isolated vertices do not count.
+    void warn_outside(const Laplacian& laplacian, const Block& values, const Block& given);
+
   private:
-    friend class Phase;
+    void add_seconds(const std::string& phase, std::chrono::steady_clock::time_point start);
+    void check_outputs() const;
+
     std::string command_;
     std::string mesh_argument_;
     std::string output_;
@@ -105,6 +105,8 @@ class Run {
     bool verbose_ = false;
     bool wants_output_ = false;
 
+    class ProgressDisplay;
+    std::unique_ptr<ProgressDisplay> display_;
     std::unique_ptr<Progress> progress_;
     std::vector<std::filesystem::path> other_outputs_;
     std::chrono::steady_clock::time_point start_;

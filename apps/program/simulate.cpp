@@ -75,8 +75,7 @@ class Sheet {
         Block u;
     };
 
-    // The few values near a point source or impulse are far above all others: the scale ends at the 99th
-    // percentile.
+    // The few values near a point source or impulse are far above all others: the scale ends at the 99th percentile.
     [[nodiscard]] std::optional<std::pair<double, double>> range() const {
         std::vector<double> sizes;
         double low = 0.0;
@@ -124,8 +123,7 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
             if (run.wants_picture()) sheet.add(frame);
         };
     }
-    const Evolution evolution = [&] {
-        const Run::Phase phase(run, "solve");
+    const Evolution evolution = run.timed("solve", [&] {
         try {
             return simulate(evolve);
         } catch (const Cancelled&) {
@@ -133,7 +131,7 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
             throw Cancelled(fmt::format("cancelled; the {} steps written to {} are readable",
                                         series->files().size() - 1, options.series));
         }
-    }();
+    });
     run.say("time", fmt::format("{:.6g} in {} steps of {}", evolve.time, evolve.steps, options.method));
     run.record(evolution.summary);
     run.result()["time"] = evolve.time;

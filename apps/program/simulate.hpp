@@ -14,8 +14,7 @@ struct SimulateOptions {
     int every = 1;
 };
 
-/// Declares --initial-field, --time, --steps, --method, --series and --every; the first of `methods` is the
-/// default.
+/// Declares --initial-field, --time, --steps, --method, --series and --every; the first of `methods` is the default.
 void add_simulate_options(CLI::App& command, SimulateOptions& options,
                           const std::vector<std::string>& methods);
 
@@ -23,8 +22,7 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options,
 void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, double default_time,
                     const std::function<Evolution(const EvolveOptions&)>& simulate);
 
-/// Half the diagonal of the bounding box of the vertices that cells use: a length to choose a default time
-/// by.
+/// Half the diagonal of the bounding box of the vertices that cells use: a length to choose a default time by.
 double extent(const Mesh& mesh);
 
 }  // namespace beltrami::program

@@ -82,14 +82,19 @@ void read_csv(const std::filesystem::path& path, Collector& collector) {
     }
     std::string line;
     bool any = false;
+    bool header = false;  // one line of names may come first
     for (int number = 1; std::getline(file, line); ++number) {
-        const std::string_view text = trimmed(line);
+        std::string_view text = trimmed(line);
+        if (number == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte-order mark
         if (text.empty() || text.front() == '#') continue;
         const std::string place = fmt::format("{}, line {},", path.string(), number);
         const auto comma = text.find(',');
         Index vertex = 0;
         const bool has_vertex = parse(text.substr(0, comma), vertex);
-        if (!has_vertex && !any && trimmed(text.substr(0, comma)) == "vertex") continue;  // the header
+        if (!has_vertex && !any && !header) {
+            header = true;
+            continue;
+        }
         const std::vector<double> value = has_vertex && comma != std::string_view::npos
                                               ? parse_numbers(text.substr(comma + 1))
                                               : std::vector<double>{};

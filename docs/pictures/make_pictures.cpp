@@ -38,9 +38,10 @@ Image overview() {
     picture.range = {0.0, 40.0};
     const Image heat_picture = draw(bunny, &warm, picture);
 
-    const Block moved = wave(laplacian, zero, {{haunch, 1.0}},
-                             {.time = 0.9, .steps = 150, .method = TimeMethod::implicit_midpoint}, {.beta_2 = 2e-3})
-                            .u;
+    const Block moved =
+        wave(laplacian, zero, {{haunch, 1.0}},
+             {.time = 0.9, .steps = 150, .method = TimeMethod::implicit_midpoint}, {.beta_2 = 2e-3})
+            .u;
     picture.title = "wave: u_tt = Laplacian of u, after an impulse";
     picture.range = {-0.8, 0.8};
     const Image wave_picture = draw(bunny, &moved, picture);
@@ -61,7 +62,8 @@ Image figure_8() {
     const Mesh plate = shapes::grid(cells, cells, width, width, true);
     const Laplacian laplacian(plate);
     Constraints lifted;
-    for (const Index v : boundary_vertices(plate)) lifted.fix(v, 0.0);
+    for (const Index v : boundary_vertices(plate))
+        lifted.fix(v, 0.0);
     lifted.fix(nearest_vertex(plate, {1.5, 2.0, 0.0}), 1.0);
     lifted.fix(nearest_vertex(plate, {2.5, 2.0, 0.0}), 1.0);
 

@@ -11,8 +11,8 @@
 
 namespace beltrami::shapes {
 
-/// Throw InputError unless value >= least; unless value is a positive finite number; unless a shape of that
-/// many vertices is one that a machine can hold (50 million).
+/// Throw InputError unless value >= least; unless value is a positive finite number; unless a shape of that many
+/// vertices is one that a machine can hold (50 million).
 void require_at_least(std::string_view what, std::int64_t value, std::int64_t least);
 void require_positive(std::string_view what, double value);
 void require_size(double vertices);
@@ -26,8 +26,8 @@ class MeshBuilder {
     void cell(std::initializer_list<Index> vertices);
     /// Two triangles; `other` takes the diagonal b-d in place of a-c.
     void square(Index a, Index b, Index c, Index d, bool other = false);
-    /// nu x nv squares between the vertices at(i, j), i = 0..nu and j = 0..nv, seen counterclockwise from the
-    /// side where j turns left from i.
+    /// nu x nv squares between the vertices at(i, j), i = 0..nu and j = 0..nv, seen counterclockwise from the side
+    /// where j turns left from i.
     template <class VertexAt>
     void sheet(int nu, int nv, VertexAt at, bool alternate = false) {
         for (int j = 0; j < nv; ++j) {
@@ -44,8 +44,7 @@ class MeshBuilder {
     std::vector<Index> cells_;
 };
 
-/// std::mt19937 is the same everywhere; the distributions of the standard library are not, so these are our
-/// own.
+/// std::mt19937 is the same everywhere; the distributions of the standard library are not, so these are our own.
 class Random {
   public:
     explicit Random(std::uint32_t seed) : engine_(seed) {}

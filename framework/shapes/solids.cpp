@@ -8,10 +8,9 @@ namespace beltrami::shapes {
 
 namespace {
 
-/// The unit cube as n^3 little cubes, each cut in six tetrahedra around one of its diagonals (Kuhn 1960).
-/// That diagonal rises along every axis; where `from_centre`, it points away from the middle of the whole
-/// cube, so that every tetrahedron has a vertex inside. Neighbours meet either way, for they differ in one
-/// axis alone.
+/// The unit cube as n^3 little cubes, each cut in six tetrahedra around one of its diagonals (Kuhn 1960). That diagonal
+/// rises along every axis; where `from_centre`, it points away from the middle of the whole cube, so that every
+/// tetrahedron has a vertex inside. Neighbours meet either way, for they differ in one axis alone.
 Mesh kuhn_cube(int n, bool from_centre) {
     require_at_least("cubes along an edge", n, 1);
     require_size((n + 1.0) * (n + 1.0) * (n + 1.0));
@@ -23,8 +22,7 @@ Mesh kuhn_cube(int n, bool from_centre) {
         }
     }
     const std::array<Index, 3> stride{1, n + 1, (n + 1) * (n + 1)};
-    // The orders in which a path from one end of the diagonal to the other can take the axes; even ones
-    // first.
+    // The orders in which a path from one end of the diagonal to the other can take the axes; even ones first.
     constexpr std::array<std::array<std::size_t, 3>, 6> orders{
         {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
     for (int k = 0; k < n; ++k) {

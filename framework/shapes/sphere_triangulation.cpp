@@ -31,8 +31,8 @@ void sort_along_curve(Points& points) {
 }
 
 Cells triangulate_sphere(const Points& points) {
-    // Stereographic projection from the pole takes circles to circles: the hull's triangles that avoid the
-    // pole are the Delaunay triangles of the plane, and the plane's vertex at infinity is the pole.
+    // Stereographic projection from the pole takes circles to circles: the hull's triangles that avoid the pole are the
+    // Delaunay triangles of the plane, and the plane's vertex at infinity is the pole.
     std::vector<std::pair<Kernel::Point_2, Index>> plane;
     plane.reserve(static_cast<std::size_t>(points.rows()) - 1);
     for (Eigen::Index i = 1; i < points.rows(); ++i) {

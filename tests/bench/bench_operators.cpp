@@ -1,5 +1,4 @@
-// K u, K D K u: ours against Eigen's CSR and an assembled K D K, in the file's order and in Cuthill-McKee
-// order.
+// K u, K D K u: ours against Eigen's CSR and an assembled K D K, in the file's order and in Cuthill-McKee order.
 //
 //     ./dev bench operators                                  # 150 K and 1 M vertices
 //     ./dev bench operators --benchmark_filter=150000        # Google Benchmark's own options

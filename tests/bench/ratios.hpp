@@ -1,5 +1,5 @@
-// Shared by the benchmark programs: the machine, its stream bandwidth, and a reporter that sets what was
-// timed side by side: ours against an alternative, and against the bound (bytes moved / stream bandwidth).
+// Shared by the benchmark programs: the machine, its stream bandwidth, and a reporter that sets what was timed side by
+// side: ours against an alternative, and against the bound (bytes moved / stream bandwidth).
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -10,15 +10,14 @@
 
 namespace beltrami::bench {
 
-/// GB/s of the triad a = b + s c over arrays far larger than the caches, on `threads` threads; counts 24
-/// bytes an entry.
+/// GB/s of the triad a = b + s c over arrays far larger than the caches, on `threads` threads; counts 24 bytes an entry.
 double stream_bandwidth(int threads);
 
 /// The processor's name and the number of cores.
 std::string machine();
 
-/// Names read "WHAT/METHOD"; rows with the same WHAT form a group, set against the method among `baselines`
-/// that it has. Counters used: bytes (moved by one call, at least), memory (held by the method), threads.
+/// Names read "WHAT/METHOD"; rows with the same WHAT form a group, set against the method among `baselines` that it has. Counters used:
+/// bytes (moved by one call, at least), memory (held by the method), threads.
 class RatioReporter : public benchmark::ConsoleReporter {
   public:
     explicit RatioReporter(std::vector<std::string> baselines);

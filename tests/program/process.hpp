@@ -12,8 +12,7 @@ struct Outcome {
     std::string err;
 };
 
-/// Runs the program with these arguments; with `interrupt_when` not empty, sends Ctrl-C once that file
-/// exists.
+/// Runs the program with these arguments; with `interrupt_when` not empty, sends Ctrl-C once that file exists.
 Outcome run_beltrami(const std::vector<std::string>& arguments, const std::string& interrupt_when = {});
 
 }  // namespace beltrami::testing
