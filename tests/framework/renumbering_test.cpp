@@ -69,5 +69,17 @@ TEST(CuthillMckee, NumbersIsolatedVerticesToo) {
     EXPECT_EQ(cuthill_mckee(EdgeGraph(0, std::vector<std::pair<Index, Index>>{})).vertex_count(), 0);
 }
 
+// Work that grew with components x vertices would not end within the test's time: 3e10 steps.
+TEST(CuthillMckee, IsLinearInTheNumberOfComponents) {
+    const Index n = 300000;
+    std::vector<std::pair<Index, Index>> pairs;
+    for (Index v = 0; v + 1 < n / 2; v += 2)
+        pairs.emplace_back(v, v + 1);
+    const EdgeGraph graph(n, pairs);
+    const Renumbering order = cuthill_mckee(graph);
+    for (const auto& [a, b] : pairs)
+        ASSERT_EQ(std::abs(order.working(a) - order.working(b)), 1);
+}
+
 }  // namespace
 }  // namespace beltrami

@@ -239,6 +239,9 @@ TEST(Program, RefusesBadOptions) {
         {"poisson", mesh},
         {"curvature", mesh, "--correction", "c3"},
         {"curvature", "shape:tetrahedral-cube:3"},
+        {"interpolate", mesh, "--fix", "3=1", "--picture", scratch / "p.png", "--range", "1,0"},
+        {"interpolate", mesh, "--fix", "3=1", "--summary", scratch / "refused.ply"},
+        {"interpolate", "shape:icosphere:2:1e80", "--fix", "3=1"},
         {"dance", mesh},
     };
     for (const auto& arguments : refused)
@@ -248,6 +251,13 @@ TEST(Program, RefusesBadOptions) {
               2);
     EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "x.docx"}).status, 2);
     EXPECT_EQ(run_beltrami({}).status, 2);
+    // Files that hold no fields are refused before the work, not after it.
+    const Outcome obj = run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "x.obj"});
+    EXPECT_EQ(obj.status, 2);
+    EXPECT_EQ(obj.out.find("solver"), std::string::npos);
+    write_mesh(scratch / "in.ply", shapes::icosphere(2));
+    EXPECT_EQ(run_beltrami({"heat", scratch / "in.ply", "--source", "3=1", "-o", scratch / "in.ply"}).status,
+              2);
 }
 
 TEST(Program, NamesComponentsThatNothingHolds) {
@@ -277,6 +287,21 @@ TEST(Program, WarnsOfDegenerateCellsAndIsolatedVertices) {
     EXPECT_NE(outcome.err.find("2 isolated vertices"), std::string::npos) << outcome.err;
     EXPECT_EQ(read_mesh(scratch / "out.ply").field("u").values(3, 0), 7.0);
     EXPECT_EQ(read_json(scratch / "s.json")["warnings"].size(), 2U);
+}
+
+TEST(Program, WarnsWhereTheMaximumPrincipleFails) {
+    const Scratch scratch;
+    // A flat rhombus whose short diagonal is between two obtuse angles: its weight is negative.
+    write_text(scratch / "in.obj",
+               "v -1 0 0\nv 1 0 0\nv 0 0.2 0\nv 0 -0.2 0\nv 0 1 0\nf 1 2 3\nf 2 1 4\nf 1 3 5\nf 3 2 5\n");
+    const Outcome outcome = run_beltrami({"heat", scratch / "in.obj", "--initial", "0=1", "--time", "1e-3",
+                                          "--steps", "1", "-o", scratch / "out.ply"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_LT(read_mesh(scratch / "out.ply").field("u").values.minCoeff(), 0.0);
+    EXPECT_NE(outcome.err.find("outside 0 to 1"), std::string::npos) << outcome.err;
+    const Outcome delaunay =
+        run_beltrami({"heat", "shape:icosphere:2", "--initial", "0=1", "-o", scratch / "d.ply"});
+    EXPECT_EQ(delaunay.err.find("warning"), std::string::npos) << delaunay.err;
 }
 
 TEST(Program, ASolveThatDoesNotConvergeExitsWith3AndWritesNothing) {

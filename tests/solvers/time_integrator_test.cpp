@@ -359,5 +359,31 @@ TEST(TimeIntegrator, RefusesWrongShapesAndNumbers) {
     EXPECT_NO_THROW(integrator.advance(Constraints(7))) << "none held, of however many columns";
 }
 
+// A vertex that jumps and is then held still has no velocity left when it is let go.
+TEST(ImplicitMidpoint, AHeldVertexHasTheVelocityThatMovesIt) {
+    const Laplacian laplacian(shapes::icosphere(1));
+    TimeIntegrator integrator(laplacian, {.alpha = 1.0}, options_of(0.1, TimeMethod::implicit_midpoint));
+    const Constraints held{{3, 1.0}};
+    integrator.advance(held);
+    EXPECT_NEAR(integrator.v()(3, 0), 10.0, 1e-9);
+    integrator.advance(held);
+    EXPECT_NEAR(integrator.v()(3, 0), 0.0, 1e-9);
+}
+
+TEST(TimeIntegrator, AnIsolatedVertexStaysWhereItWasLetGo) {
+    Points points(4, 3);
+    points << 0, 0, 0, 1, 0, 0, 0, 1, 0, 5, 5, 5;
+    const Laplacian laplacian(Mesh(points, Cells(Eigen::RowVector3i(0, 1, 2))), {.renumber = false});
+    for (const TimeMethod method : all_methods) {
+        TimeIntegrator integrator(laplacian, {.alpha = 1.0}, options_of(0.1, method));
+        integrator.advance(Constraints());
+        integrator.advance(Constraints{{3, 1.0}});
+        for (int step = 0; step < 3; ++step) {
+            integrator.advance(Constraints());
+            EXPECT_EQ(integrator.u()(3, 0), 1.0) << name(method);
+        }
+    }
+}
+
 }  // namespace
 }  // namespace beltrami
