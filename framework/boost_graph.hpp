@@ -47,6 +47,7 @@ struct graph_traits<beltrami::EdgeGraph> {
     using edge_descriptor = beltrami::WalkedEdge;
     using directed_category = undirected_tag;
     using edge_parallel_category = disallow_parallel_edge_tag;
+    // NOLINTNEXTLINE(readability-identifier-naming): the name is Boost.Graph's
     struct traversal_category : incidence_graph_tag,
                                 adjacency_graph_tag,
                                 vertex_list_graph_tag,
