@@ -8,6 +8,10 @@
 
 #include "beltrami/framework/error.hpp"
 
+// Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
+extern "C" int openblas_get_num_threads() __attribute__((weak));
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
 namespace beltrami {
 
 // CHOLMOD's long interface throughout: its 32-bit one overflows near two million vertices.
@@ -31,6 +35,27 @@ struct Cholesky::Factor {
 };
 
 namespace {
+
+// One thread for BLAS while it lives. The dense blocks of a mesh's factor are small, and OpenBLAS's threads and OpenMP's
+// wait for each other by spinning: on two cores that made solves ten times slower.
+class OneBlasThread {
+  public:
+    explicit OneBlasThread(bool wanted)
+        : before_(wanted && openblas_set_num_threads != nullptr ? openblas_get_num_threads() : 0) {
+        if (before_ > 1) openblas_set_num_threads(1);
+    }
+    OneBlasThread(const OneBlasThread&) = delete;
+    OneBlasThread& operator=(const OneBlasThread&) = delete;
+    ~OneBlasThread() {
+        if (before_ > 1) openblas_set_num_threads(before_);
+    }
+
+  private:
+    int before_;
+};
+
+/// Floating-point operations from which a factorization gains by threads.
+constexpr double worth_threads = 2e10;
 
 [[noreturn]] void fail(const cholmod_common& common, Index n) {
     if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE) {
@@ -85,6 +110,7 @@ Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering)
     factor_->factor = cholmod_l_analyze(&upper, &common);
     if (factor_->factor == nullptr) fail(common, n);
     factor_->nonzeros = common.lnz;
+    const OneBlasThread one(common.fl < worth_threads);
     if (!cholmod_l_factorize(&upper, factor_->factor, &common) || common.status != CHOLMOD_OK ||
         factor_->factor->minor < factor_->factor->n) {
         fail(common, n);
@@ -112,6 +138,7 @@ void Cholesky::solve(const Block& b, Block& x) const {
             fmt::format("a factor of {} rows got a right-hand side of {} rows", rows(), b.rows()),
             "give one row an unknown");
     }
+    const OneBlasThread one(true);
     Eigen::MatrixXd columns = b;
     cholmod_dense right{};
     right.nrow = static_cast<std::size_t>(columns.rows());
