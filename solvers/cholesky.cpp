@@ -2,6 +2,7 @@
 
 #include <cholmod.h>
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <utility>
 #include <vector>
@@ -36,18 +37,18 @@ struct Cholesky::Factor {
 
 namespace {
 
-// One thread for BLAS while it lives. The dense blocks of a mesh's factor are small, and OpenBLAS's threads and OpenMP's
-// wait for each other by spinning: on two cores that made solves ten times slower.
-class OneBlasThread {
+// So many threads for BLAS while it lives. The dense blocks of a mesh's factor are small, and OpenBLAS's threads and
+// OpenMP's wait for each other by spinning: on two cores that made solves ten times slower than one BLAS thread.
+class BlasThreads {
   public:
-    explicit OneBlasThread(bool wanted)
-        : before_(wanted && openblas_set_num_threads != nullptr ? openblas_get_num_threads() : 0) {
-        if (before_ > 1) openblas_set_num_threads(1);
+    explicit BlasThreads(int wanted)
+        : before_(openblas_set_num_threads != nullptr ? openblas_get_num_threads() : 0) {
+        if (before_ > 0) openblas_set_num_threads(wanted);
     }
-    OneBlasThread(const OneBlasThread&) = delete;
-    OneBlasThread& operator=(const OneBlasThread&) = delete;
-    ~OneBlasThread() {
-        if (before_ > 1) openblas_set_num_threads(before_);
+    BlasThreads(const BlasThreads&) = delete;
+    BlasThreads& operator=(const BlasThreads&) = delete;
+    ~BlasThreads() {
+        if (before_ > 0) openblas_set_num_threads(before_);
     }
 
   private:
@@ -110,7 +111,7 @@ Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering)
     factor_->factor = cholmod_l_analyze(&upper, &common);
     if (factor_->factor == nullptr) fail(common, n);
     factor_->nonzeros = common.lnz;
-    const OneBlasThread one(common.fl < worth_threads);
+    const BlasThreads threads(common.fl < worth_threads ? 1 : omp_get_max_threads());
     if (!cholmod_l_factorize(&upper, factor_->factor, &common) || common.status != CHOLMOD_OK ||
         factor_->factor->minor < factor_->factor->n) {
         fail(common, n);
@@ -138,7 +139,7 @@ void Cholesky::solve(const Block& b, Block& x) const {
             fmt::format("a factor of {} rows got a right-hand side of {} rows", rows(), b.rows()),
             "give one row an unknown");
     }
-    const OneBlasThread one(true);
+    const BlasThreads threads(1);
     Eigen::MatrixXd columns = b;
     cholmod_dense right{};
     right.nrow = static_cast<std::size_t>(columns.rows());

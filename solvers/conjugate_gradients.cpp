@@ -89,6 +89,16 @@ void masked_residual(const Product& apply, std::span<const Index> held, const Bl
     clear_rows(held, r);
 }
 
+std::optional<ZeroStart> zero_start(const Product& apply, std::span<const Index> held, const Block& b,
+                                    const Block& x) {
+    ZeroStart zero{Block::Zero(x.rows(), x.cols()), {}};
+    for (const Index i : held)
+        zero.x.row(i) = x.row(i);
+    if (zero.x == x) return std::nullopt;
+    masked_residual(apply, held, b, zero.x, zero.r);
+    return zero;
+}
+
 Vector column_norms(const Block& r, const Vector& weight) {
     const double* const values = r.data();
     return column_sums(r.rows(), r.cols(),
@@ -126,24 +136,18 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     Vector load = column_norms(r, weight);
     Vector scaled_load = column_norms(r, inverse_diagonal);
     std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
-    {
-        Block start = Block::Zero(n, k);
-        for (const Index i : held)
-            start.row(i) = x.row(i);
-        if (start != x) {
-            masked_residual(apply, held, b, start, q);
-            ++result.products;
-            load = column_norms(q, weight);
-            scaled_load = column_norms(q, inverse_diagonal);
-            // |x* - s|^2 = |x* - x|^2 + (x - s)^T (r_s + r) with s the start at zero and r_s its residual.
-            for (Eigen::Index c = 0; c < k; ++c) {
-                const double beyond = (x.col(c) - start.col(c)).dot(q.col(c) + r.col(c));
-                energy_errors[static_cast<std::size_t>(c)].start(beyond);
-                // Nothing pulls: the answer is zero, wherever the start was.
-                if (load[c] == 0.0) {
-                    x.col(c) = start.col(c);
-                    r.col(c).setZero();
-                }
+    if (const auto zero = zero_start(apply, held, b, x)) {
+        ++result.products;
+        load = column_norms(zero->r, weight);
+        scaled_load = column_norms(zero->r, inverse_diagonal);
+        // |x* - s|^2 = |x* - x|^2 + (x - s)^T (r_s + r) with s the start at zero and r_s its residual.
+        for (Eigen::Index c = 0; c < k; ++c) {
+            const double beyond = (x.col(c) - zero->x.col(c)).dot(zero->r.col(c) + r.col(c));
+            energy_errors[static_cast<std::size_t>(c)].start(beyond);
+            // Nothing pulls: the answer is zero, wherever the start was.
+            if (load[c] == 0.0) {
+                x.col(c) = zero->x.col(c);
+                r.col(c).setZero();
             }
         }
     }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -48,6 +49,15 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 /// r = b - A x with the held rows at zero.
 void masked_residual(const Product& apply, std::span<const Index> held, const Block& b, const Block& x,
                      Block& r);
+
+/// x with its free rows at zero, and the residual there: the load that errors are measured against. Nothing where the
+/// free rows of x are zero already, and then the residual of x is the load.
+struct ZeroStart {
+    Block x;
+    Block r;
+};
+std::optional<ZeroStart> zero_start(const Product& apply, std::span<const Index> held, const Block& b,
+                                    const Block& x);
 
 /// The square root of the sum of weight_i r_ic^2 over i, for each column c.
 Vector column_norms(const Block& r, const Vector& weight);

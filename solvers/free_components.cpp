@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "beltrami/framework/error.hpp"
 
@@ -33,14 +34,13 @@ Constraints hold_free_components(const Laplacian& laplacian, const Constraints& 
     }
     if (first_vertices.empty() || policy == FreeComponents::keep_at_zero) return all;
 
-    const std::size_t shown = std::min<std::size_t>(first_vertices.size(), 10);
-    const std::vector<Index> named(first_vertices.begin(),
-                                   first_vertices.begin() + static_cast<std::ptrdiff_t>(shown));
+    const auto shown = std::min<std::ptrdiff_t>(std::ssize(first_vertices), 10);
     throw InputError(
         fmt::format("{} component{} of the mesh ha{} no constraint, with {} {}{}", first_vertices.size(),
                     first_vertices.size() == 1 ? "" : "s", first_vertices.size() == 1 ? "s" : "ve",
-                    first_vertices.size() == 1 ? "vertex" : "vertices", fmt::join(named, ", "),
-                    shown < first_vertices.size() ? ", ..." : ""),
+                    first_vertices.size() == 1 ? "vertex" : "vertices",
+                    fmt::join(first_vertices.begin(), first_vertices.begin() + shown, ", "),
+                    shown < std::ssize(first_vertices) ? ", ..." : ""),
         "fix a vertex of each, or leave them at zero with --free-components keep");
 }
 

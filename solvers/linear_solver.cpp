@@ -253,18 +253,9 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
     // For K D K the residual says little, so there the size of the last refinement is the error.
     masked_residual(product, held, b, x, r);
     ++summary.products;
-    Block start = Block::Zero(x.rows(), x.cols());
-    for (const Index v : held)
-        start.row(v) = x.row(v);
-    Vector load;
-    if (start == x) {
-        load = column_norms(r, inverse_diagonal_);
-    } else {
-        Block r_start;
-        masked_residual(product, held, b, start, r_start);
-        ++summary.products;
-        load = column_norms(r_start, inverse_diagonal_);
-    }
+    const auto zero = zero_start(product, held, b, x);
+    summary.products += zero ? 1 : 0;
+    const Vector load = column_norms(zero ? zero->r : r, inverse_diagonal_);
     const bool bilaplacian = A_.order() >= 2;
     constexpr int most_passes = 8;
     double last = std::numeric_limits<double>::infinity();

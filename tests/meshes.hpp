@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <system_error>
 
@@ -16,6 +18,11 @@ inline std::filesystem::path shared_mesh(const std::string& name) {
 
 #define BELTRAMI_SKIP_WITHOUT(path) \
     if (!std::filesystem::exists(path)) GTEST_SKIP() << "no " << (path).filename() << " on this machine"
+
+inline std::string bytes_of(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 /// A folder of the running test's own, removed at its end.
 class Scratch {

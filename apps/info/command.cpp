@@ -9,7 +9,8 @@ void add_info(CLI::App& program, Run& run) {
     command->add_flag("--json", *json, "print JSON");
     command->callback([&run, json] {
         if (*json) run.be_quiet();
-        const MeshReport found = report(run.load_mesh());
+        run.load_mesh();
+        const MeshReport& found = run.mesh_report();
         if (*json) {
             fmt::print("{}\n", to_json(found).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         } else {

@@ -45,9 +45,7 @@ void add_interpolate(CLI::App& program, Run& run) {
         if (interpolation.bilaplacian == 0.0) {
             // What is not given is NaN; components that are kept at zero hold zeros.
             Block given = Block::Constant(result.value.rows(), result.value.cols(), NAN);
-            fixed.impose(given);
-            if (options->keep)
-                hold_free_components(laplacian, fixed, FreeComponents::keep_at_zero).impose(given);
+            hold_free_components(laplacian, fixed, interpolation.free_components).impose(given);
             run.warn_outside(laplacian, result.value, given);
         }
         run.write(mesh, {{"value", result.value}});

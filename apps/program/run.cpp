@@ -15,9 +15,6 @@
 
 #include "beltrami/apps/picture/camera.hpp"
 
-// Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-
 namespace beltrami::program {
 
 namespace {
@@ -209,7 +206,6 @@ Mesh Run::load_mesh() {
             threads_ = omp_get_num_procs();
         }
         omp_set_num_threads(threads_);
-        if (openblas_set_num_threads != nullptr) openblas_set_num_threads(threads_);
     }
     summary_["threads"] = omp_get_max_threads();
 
@@ -219,7 +215,8 @@ Mesh Run::load_mesh() {
                    ? shapes::from_name(std::string_view(mesh_argument_).substr(shape.size()))
                    : read_mesh(mesh_argument_);
     });
-    const MeshReport found = timed("report", [&] { return report(mesh); });
+    mesh_report_ = timed("report", [&] { return report(mesh); });
+    const MeshReport& found = mesh_report_;
     summary_["mesh"] = to_json(found);
     summary_["mesh"]["source"] = mesh_argument_;
     say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));

@@ -37,6 +37,8 @@ class Run {
 
     /// Checks every output name, then reads or makes the mesh and says what it is.
     Mesh load_mesh();
+    /// Of the mesh that was loaded.
+    [[nodiscard]] const MeshReport& mesh_report() const { return mesh_report_; }
     /// Builds the operators and warns of what they leave out.
     Laplacian build(const Mesh& mesh);
 
@@ -110,6 +112,7 @@ class Run {
     std::unique_ptr<Progress> progress_;
     std::vector<std::filesystem::path> other_outputs_;
     std::chrono::steady_clock::time_point start_;
+    MeshReport mesh_report_;
     nlohmann::json summary_;
 };
 

@@ -23,6 +23,7 @@
 namespace beltrami {
 namespace {
 
+using testing::bytes_of;
 using testing::contains;
 using testing::Scratch;
 using testing::shared_mesh;
@@ -33,11 +34,6 @@ using Texts = std::vector<std::string>;
 
 void put(const fs::path& path, const std::string& content) {
     std::ofstream(path, std::ios::binary) << content;
-}
-
-std::string bytes_of(const fs::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 fs::path data_folder() {

@@ -18,6 +18,7 @@
 namespace beltrami {
 namespace {
 
+using testing::bytes_of;
 using testing::contains;
 using testing::Scratch;
 using testing::shared_mesh;
@@ -25,11 +26,6 @@ using testing::shared_mesh;
 namespace fs = std::filesystem;
 using Texts = std::vector<std::string>;
 using Paths = std::vector<fs::path>;
-
-std::string bytes_of(const fs::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 std::size_t files_in(const fs::path& folder) {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
