@@ -36,6 +36,7 @@ void Pde::check() const {
     require_not_negative(alpha, "the coefficient alpha");
     require_not_negative(beta_1, "the damping beta_1");
     require_not_negative(beta_2, "the damping beta_2");
+    require_not_negative(foundation, "the foundation gamma_0");
     for (const double g : gamma)
         require_not_negative(g, "a coefficient gamma");
     if (alpha == 0.0 && beta_1 == 0.0) {
@@ -48,7 +49,7 @@ TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions 
     : laplacian_(laplacian),
       pde_(std::move(pde)),
       options_(options),
-      stiffness_((pde_.check(), laplacian), 0.0, pde_.gamma) {
+      stiffness_((pde_.check(), laplacian), pde_.foundation, pde_.gamma) {
     if (!std::isfinite(options_.step) || options_.step <= 0.0) {
         throw InputError(fmt::format("the time step is {}", options_.step), "give a positive number");
     }
@@ -76,10 +77,11 @@ TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions 
 
 std::unique_ptr<LinearSolver> TimeIntegrator::make_solver(Weights weights) const {
     const double dt = options_.step;
-    const double sigma = weights.c_m * pde_.alpha / dt + pde_.beta_1;
+    const double stiff = pde_.beta_2 + weights.c_k * dt;
+    const double sigma = weights.c_m * pde_.alpha / dt + pde_.beta_1 + stiff * pde_.foundation;
     std::vector<double> gamma = pde_.gamma;
     for (double& g : gamma)
-        g *= pde_.beta_2 + weights.c_k * dt;
+        g *= stiff;
     return std::make_unique<LinearSolver>(PdeOperator(laplacian_, sigma, std::move(gamma)), options_.linear);
 }
 

@@ -18,13 +18,15 @@
 
 namespace beltrami {
 
-/// alpha M u'' + (beta_1 M + beta_2 K~) u' + K~ u = f with K~ = sum of gamma_i K (D K)^(i-1). Heat is beta_1 = 1,
-/// gamma_1 = 1 (diffusivity); waves are alpha = 1, gamma_1 = 1 (squared speed).
+/// alpha M u'' + (beta_1 M + beta_2 K~) u' + K~ u = f with K~ = foundation M + sum of gamma_i K (D K)^(i-1). Heat is
+/// beta_1 = 1, gamma_1 = 1 (diffusivity); waves are alpha = 1, gamma_1 = 1 (squared speed).
 struct Pde {
     double alpha = 0.0;
     double beta_1 = 0.0;
     double beta_2 = 0.0;
     std::vector<double> gamma = {1.0};
+    /// The term i = 0 of eq. (13), gamma_0 K (D K)^-1 = gamma_0 M: a spring from each vertex to u = 0.
+    double foundation = 0.0;
 
     /// Throws InputError for coefficients that are negative, not finite, or give no time derivative.
     void check() const;

@@ -1,0 +1,273 @@
+#include "beltrami/solvers/local_integrator.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "beltrami/framework/error.hpp"
+
+namespace beltrami {
+
+namespace {
+
+// The parts of a step's tolerance, in the energy norm: what vertices that are let go may hold, and (squared) what the
+// iteration may leave inside.
+constexpr double share_of_removal = 0.3;
+constexpr double share_inside = 0.25;
+
+}  // namespace
+
+LocalIntegrator::LocalIntegrator(const Laplacian& laplacian, Pde pde, double step, Index columns,
+                                 LocalOptions options)
+    : pde_(std::move(pde)),
+      step_(step),
+      options_(options),
+      system_(PdeOperator((pde_.check(), laplacian), pde_.foundation, pde_.gamma), columns),
+      u_(columns),
+      v_(columns),
+      stretched_(columns),
+      carried_(columns),
+      removed_u_(columns),
+      removed_v_(columns),
+      weights_{pde_.alpha + pde_.beta_1 * step, (pde_.beta_2 + step) * step},
+      forces_(0, columns) {
+    options_.check();
+    if (!std::isfinite(step) || step <= 0.0) {
+        throw InputError(fmt::format("the time step is {}", step), "give a positive number");
+    }
+}
+
+// Of the state that the system's unknown leads to; its residual is at hand.
+LocalIntegrator::Energies LocalIntegrator::energies_of_trial() const {
+    double kinetic = 0.0;
+    double elastic = 0.0;
+    double damped_mass = 0.0;
+    double damped_stiffness = 0.0;
+    for (Index s = 1; s < system_.domain().end(0); ++s) {
+        const double mass = system_.op().mass()[static_cast<std::size_t>(s)];
+        for (Index c = 0; c < system_.columns(); ++c) {
+            const double x = system_.x[s][c];
+            // K~ x, from A x = b - r.
+            const double stretching =
+                (system_.b[s][c] - system_.r[s][c] - weights_.mass * mass * x) / weights_.stiffness;
+            kinetic += mass * x * x;
+            elastic += (u_[s][c] + step_ * x) * (stretched_[s][c] + step_ * stretching);
+            damped_mass += mass * x * x;
+            damped_stiffness += x * stretching;
+        }
+    }
+    return {0.5 * pde_.alpha * kinetic + 0.5 * std::max(0.0, elastic),
+            step_ * (pde_.beta_1 * damped_mass + pde_.beta_2 * damped_stiffness)};
+}
+
+LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Clock::time_point> deadline) {
+    const auto start = Clock::now();
+    report(options_.progress, "local step", -1.0);
+    require_not_isolated(system_.op().op().laplacian(), holds);
+    LocalStep result;
+    const long products_before = system_.op().products();
+    const double bytes_before = system_.bytes();
+
+    std::vector<Index> touched;
+    for (const Hold& hold : holds)
+        touched.insert(touched.end(), hold.vertices.begin(), hold.vertices.end());
+    const auto grow = [&](std::span<const Index> vertices) {
+        system_.activate(vertices, u_, v_, stretched_, carried_, removed_u_, removed_v_);
+    };
+    grow(touched);
+    const ActiveDomain& domain = system_.domain();
+
+    // b = alpha M v - dt K~ u on all slots, and what the last step was late with.
+    system_.op().apply(domain, {0.0, 1.0}, u_, stretched_, domain.rings());
+    for (Index s = 1; s < domain.slot_count(); ++s) {
+        const double mass = pde_.alpha * system_.op().mass()[static_cast<std::size_t>(s)];
+        for (Index c = 0; c < u_.width(); ++c) {
+            system_.b[s][c] = mass * v_[s][c] - step_ * stretched_[s][c] + (carries_ ? carried_[s][c] : 0.0);
+            system_.x[s][c] = v_[s][c];
+        }
+    }
+    // Held points give velocities: (u' - C u) / dt.
+    std::vector<Hold> velocities(holds.begin(), holds.end());
+    for (Hold& hold : velocities) {
+        for (std::size_t c = 0; c < hold.value.size(); ++c) {
+            double now = 0.0;
+            for (std::size_t j = 0; j < std::min(hold.vertices.size(), hold.weights.size()); ++j)
+                now += hold.weights[j] * u_[domain.slot(hold.vertices[j])][c];
+            hold.value[c] = (hold.value[c] - now) / step_;
+        }
+    }
+    system_.prepare(weights_, velocities);
+    system_.impose();
+    system_.compute_residual();
+
+    // What the domain leaves out is measured against the largest state so far, so that it shrinks as a wave dies. What the
+    // iteration leaves inside is measured against the present one: it would otherwise keep the surface trembling.
+    const double tolerance = options_.tolerance * options_.tolerance * 2.0 * system_.sigma();
+    LocalSystem::Missing missing = system_.missing();
+    Energies trial = energies_of_trial();
+    result.converged = false;
+    while (result.iterations < options_.max_iterations) {
+        const double allowed_inside = share_inside * tolerance * std::max(energy_, trial.stored);
+        const double allowed_outside =
+            (1.0 - share_inside) * tolerance * std::max(peak_energy_, trial.stored);
+        // Before growing, no more accuracy is needed than what growing is about to change.
+        const bool grows = missing.outside > allowed_outside;
+        const double inside =
+            grows ? std::max(allowed_inside, share_inside * missing.outside) : allowed_inside;
+        if (missing.inside > inside) {
+            const auto run = system_.iterate(inside, options_.max_iterations - result.iterations, deadline);
+            result.iterations += run.count;
+            const double before = missing.inside;
+            system_.compute_residual();
+            missing = system_.missing();
+            trial = energies_of_trial();
+            if (!run.in_time) {
+                result.in_time = false;
+                break;
+            }
+            if (!run.definite || (missing.inside > inside && missing.inside > 0.25 * before)) break;
+            continue;
+        }
+        if (!grows) {
+            result.converged = true;
+            break;
+        }
+        grow(system_.growth(0.5 * allowed_outside));
+        ++result.rounds;
+        system_.prepare(weights_, velocities);
+        system_.compute_residual();
+        missing = system_.missing();
+    }
+
+    forces_ = system_.forces() / step_;
+    for (std::size_t h = 0; h < velocities.size(); ++h) {
+        for (std::size_t c = 0; c < velocities[h].value.size(); ++c) {
+            result.work += step_ * velocities[h].value[c] *
+                           forces_(static_cast<Eigen::Index>(h), static_cast<Eigen::Index>(c));
+        }
+    }
+    // The bound is about the equation without what was carried over.
+    const bool carried_before = carries_;
+    if (carried_before) {
+        for (Index s = 1; s < domain.slot_count(); ++s) {
+            for (Index c = 0; c < u_.width(); ++c)
+                system_.r[s][c] -= carried_[s][c];
+        }
+        missing = system_.missing();
+    }
+    result.put_in = std::sqrt(missing.total() / (2.0 * system_.sigma()));
+
+    // What is left of the impulse at free vertices when time is up is not lost.
+    carries_ = !result.in_time;
+    if (carries_ || carried_before) {
+        for (Index s = 1; s < domain.slot_count(); ++s) {
+            for (Index c = 0; c < u_.width(); ++c) {
+                const double left = system_.r[s][c] + (carried_before ? carried_[s][c] : 0.0);
+                carried_[s][c] = carries_ && s < domain.end(0) ? left : 0.0;
+            }
+        }
+        for (const Index v : touched) {
+            const Index s = domain.slot(v);
+            carried_.fill_zero(s, s + 1);
+        }
+    }
+    for (Index s = 1; s < domain.end(0); ++s) {
+        for (Index c = 0; c < u_.width(); ++c) {
+            u_[s][c] += step_ * system_.x[s][c];
+            v_[s][c] = system_.x[s][c];
+        }
+    }
+    ++step_count_;
+    peak_energy_ = std::max(peak_energy_, trial.stored);
+    result.scale = std::sqrt(peak_energy_);
+    result.dissipated = trial.dissipated;
+    result.taken_out = result.work - result.dissipated - (trial.stored - energy_);
+    energy_ = trial.stored;
+    reserve_ += result.taken_out;
+
+    result.active = domain.active_count();
+    result.slots = domain.slot_count() - 1;
+    result.whole = result.active > 0 && result.slots == result.active;
+    if (!carries_) result.put_in += let_go(result, !holds.empty());
+    error_bound_ += result.put_in;
+    result.error_bound = error_bound_;
+    result.energy = energy_;
+    result.products = system_.op().products() - products_before;
+    result.bytes = system_.bytes() - bytes_before;
+    result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    return result;
+}
+
+// Lets quiet vertices go; the energy norm of what they held.
+double LocalIntegrator::let_go(LocalStep& result, bool held) {
+    const ActiveDomain& domain = system_.domain();
+    const double budget = std::pow(share_of_removal * options_.tolerance, 2) * peak_energy_;
+    if (!held && energy_ <= options_.tolerance * options_.tolerance * peak_energy_) {
+        const double norm = std::sqrt(energy_);
+        result.taken_out += energy_;
+        reserve_ += energy_;
+        energy_ = 0.0;
+        peak_energy_ = 0.0;
+        system_.clear(u_, v_, stretched_, carried_, removed_u_, removed_v_);
+        return norm;
+    }
+    // A vertex weighs what it holds, or what missing it would put into the error of the next step if that is more.
+    const double reach = step_ * step_ / system_.sigma();
+    const std::vector<Index> quiet = system_.quiet_vertices(0.25 * budget, [&](Index s) {
+        const auto at = static_cast<std::size_t>(s);
+        const double diagonal = system_.op().diagonal()[at];
+        double moving = 0.0;
+        double displaced = 0.0;
+        for (Index c = 0; c < u_.columns(); ++c) {
+            moving += v_[s][c] * v_[s][c];
+            displaced += u_[s][c] * u_[s][c];
+        }
+        return 0.5 * pde_.alpha * system_.op().mass()[at] * moving +
+               0.5 * diagonal * displaced * (1.0 + reach * diagonal * system_.op().inverse_mass()[at]);
+    });
+    // Not worth a product for a handful.
+    if (quiet.empty() || std::ssize(quiet) * 50 < domain.active_count()) return 0.0;
+
+    removed_u_.fill_zero(0, domain.slot_count());
+    removed_v_.fill_zero(0, domain.slot_count());
+    for (const Index v : quiet) {
+        const Index s = domain.slot(v);
+        std::copy_n(u_[s], u_.width(), removed_u_[s]);
+        std::copy_n(v_[s], v_.width(), removed_v_[s]);
+    }
+    // E(u - du, v - dv) - E(u, v), and E(du, dv).
+    system_.op().apply(domain, {0.0, 1.0}, removed_u_, stretched_, 0);
+    const double own = 0.5 * pde_.alpha * system_.mass_dot(removed_v_, removed_v_) +
+                       0.5 * system_.dot(removed_u_, stretched_);
+    const double change = own - pde_.alpha * system_.mass_dot(removed_v_, v_) - system_.dot(u_, stretched_);
+    if (own > budget || change > reserve_) return 0.0;
+    reserve_ -= change;
+    energy_ += change;
+    result.taken_out -= change;
+    for (const Index v : quiet) {
+        const Index s = domain.slot(v);
+        u_.fill_zero(s, s + 1);
+        v_.fill_zero(s, s + 1);
+        system_.x.fill_zero(s, s + 1);
+    }
+    system_.deactivate(quiet, u_, v_, stretched_, carried_, removed_u_, removed_v_);
+    return std::sqrt(std::max(0.0, own));
+}
+
+Block LocalIntegrator::u() const {
+    return scattered(system_.domain(), u_, system_.op().op().rows());
+}
+Block LocalIntegrator::v() const {
+    return scattered(system_.domain(), v_, system_.op().op().rows());
+}
+
+std::size_t LocalIntegrator::memory_bytes() const {
+    std::size_t bytes = system_.memory_bytes();
+    for (const SlotField* field : {&u_, &v_, &stretched_, &carried_, &removed_u_, &removed_v_})
+        bytes += field->memory_bytes();
+    return bytes;
+}
+
+}  // namespace beltrami
