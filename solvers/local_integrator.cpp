@@ -65,8 +65,14 @@ LocalIntegrator::Energies LocalIntegrator::energies_of_trial() const {
 LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Clock::time_point> deadline) {
     const auto start = Clock::now();
     report(options_.progress, "local step", -1.0);
-    require_not_isolated(system_.op().op().laplacian(), holds);
+    check_holds(system_.op().op().laplacian(), holds);
     LocalStep result;
+    if (holds.empty() && domain().empty()) {
+        ++step_count_;
+        forces_.resize(0, system_.columns());
+        result.error_bound = error_bound_;
+        return result;
+    }
     const long products_before = system_.op().products();
     const double bytes_before = system_.bytes();
 
@@ -77,7 +83,7 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
         system_.activate(vertices, u_, v_, stretched_, carried_, removed_u_, removed_v_);
     };
     grow(touched);
-    const ActiveDomain& domain = system_.domain();
+    const ActiveDomain& domain = this->domain();
 
     // b = alpha M v - dt K~ u on all slots, and what the last step was late with.
     system_.op().apply(domain, {0.0, 1.0}, u_, stretched_, domain.rings());

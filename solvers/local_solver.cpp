@@ -44,8 +44,12 @@ void require_converged(const LocalSummary& summary) {
         "allow more iterations or a larger tolerance");
 }
 
-void require_not_isolated(const Laplacian& laplacian, std::span<const Hold> holds) {
+void check_holds(const Laplacian& laplacian, std::span<const Hold> holds) {
     for (const Hold& hold : holds) {
+        for (const double value : hold.value) {
+            if (std::isfinite(value)) continue;
+            throw InputError(fmt::format("a point is held at the value {}", value), "give finite numbers");
+        }
         for (const Index v : hold.vertices) {
             if (v < 0 || v >= laplacian.vertex_count()) {
                 throw InputError(
@@ -78,10 +82,16 @@ LocalSolver::LocalSolver(PdeOperator A, Index columns, LocalOptions options)
 
 LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     const auto start = std::chrono::steady_clock::now();
-    require_not_isolated(system_.op().op().laplacian(), holds);
+    check_holds(system_.op().op().laplacian(), holds);
     LocalSummary summary;
     summary.tolerance = options_.tolerance;
     summary.vertices = system_.op().op().rows();
+    if (holds.empty()) {
+        system_.clear(removed_, stretched_);
+        forces_.resize(0, system_.columns());
+        summary.converged = true;
+        return summary;
+    }
     const long products_before = system_.op().products();
     const double bytes_before = system_.bytes();
     constexpr LocalOperator::Weights A{0.0, 1.0};
@@ -167,10 +177,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
 
     const double error = std::sqrt(missing.total() / system_.sigma());
     double let_go = 0.0;
-    if (summary.converged && holds.empty()) {
-        let_go = std::sqrt(scale);
-        system_.clear(removed_, stretched_);
-    } else if (summary.converged) {
+    if (summary.converged) {
         const double budget = std::pow(share_of_removal * options_.tolerance, 2) * scale;
         const std::vector<Index> quiet = system_.quiet_vertices(0.25 * budget, [&](Index s) {
             double square = 0.0;

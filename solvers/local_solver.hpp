@@ -55,7 +55,7 @@ class LocalSolver {
     /// Throws InputError for an operator without foundation (sigma = 0), and as LocalSystem does.
     LocalSolver(PdeOperator A, Index columns, LocalOptions options = {});
 
-    /// Points to hold, in the working order. Throws InputError for a hold on an isolated vertex and as
+    /// Points to hold, in the working order; none give u = 0 and an empty domain. Throws InputError for a hold on an isolated vertex and as
     /// LocalSystem::prepare; Cancelled. A solve that does not converge returns with converged = false: see
     /// require_converged().
     [[nodiscard]] LocalSummary solve(std::span<const Hold> holds);
@@ -84,7 +84,7 @@ Block scattered(const ActiveDomain& domain, const SlotField& field, Index rows);
 /// Throws SolveError that says what was reached, unless converged.
 void require_converged(const LocalSummary& summary);
 
-/// Throws InputError for a hold on a vertex without edges.
-void require_not_isolated(const Laplacian& laplacian, std::span<const Hold> holds);
+/// Throws InputError for a hold on a vertex that is not of the mesh or has no edges, and a value that is not finite.
+void check_holds(const Laplacian& laplacian, std::span<const Hold> holds);
 
 }  // namespace beltrami

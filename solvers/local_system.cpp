@@ -161,6 +161,7 @@ void LocalSystem::fit_factor() {
 
 // B times a block over the slots below end(0): the factor for its rows, Jacobi for the others.
 void LocalSystem::apply_factor(Block& block) const {
+    if (block.cols() == 0) return;
     Block rows(std::ssize(factor_->slots), block.cols());
     for (Eigen::Index i = 0; i < rows.rows(); ++i)
         rows.row(i) = block.row(factor_->slots[static_cast<std::size_t>(i)]);
