@@ -1,0 +1,190 @@
+#include "beltrami/apps/poke/poke.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "beltrami/framework/error.hpp"
+
+namespace beltrami {
+
+namespace {
+
+double diagonal_of(const Mesh& mesh) {
+    return (mesh.points().colwise().maxCoeff() - mesh.points().colwise().minCoeff()).norm();
+}
+
+void check_path(const ContactPath& path, const SurfaceSearch& surface, double reach) {
+    if (path.empty()) throw InputError("a contact has no path", "give at least one waypoint");
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const Waypoint& w = path[i];
+        if (!std::isfinite(w.time) || !w.displacement.allFinite()) {
+            throw InputError(fmt::format("{} a waypoint's time or displacement is not finite", w.place),
+                             "write numbers");
+        }
+        if (i > 0 && !(w.time > path[i - 1].time)) {
+            throw InputError(fmt::format("{} the time goes from {} to {}", w.place, path[i - 1].time, w.time),
+                             "times of a path must ascend; several contacts have a path each");
+        }
+        const SurfacePoint hit = surface.closest(w.point);
+        if (hit.distance > reach) {
+            throw InputError(fmt::format("{} the path leaves the surface: ({:g}, {:g}, {:g}) is {:.3g} away from it, more "
+                                         "than {:.3g}",
+                                         w.place, w.point.x(), w.point.y(), w.point.z(), hit.distance, reach),
+                             "give points of the undeformed surface; the displacement says how far they are moved");
+        }
+    }
+}
+
+// The contact at a time, without the surface; nothing outside the path.
+std::optional<Waypoint> at_time(const ContactPath& path, double time, double slack) {
+    if (time < path.front().time - slack || time > path.back().time + slack) return std::nullopt;
+    const auto next = std::upper_bound(path.begin(), path.end(), time,
+                                       [](double t, const Waypoint& w) { return t < w.time; });
+    if (next == path.begin()) return path.front();
+    if (next == path.end()) return path.back();
+    const Waypoint& a = *(next - 1);
+    const double part = (time - a.time) / (next->time - a.time);
+    return Waypoint{time, a.point + part * (next->point - a.point),
+                    a.displacement + part * (next->displacement - a.displacement)};
+}
+
+// Corners that weigh next to nothing only make the domain larger.
+Hold hold_of(const ContactState& contact, const Renumbering& order) {
+    Hold hold{{}, {}, {contact.displacement.begin(), contact.displacement.end()}};
+    for (std::size_t k = 0; k < 3; ++k) {
+        if (contact.at.weights[k] < 1e-12) continue;
+        hold.vertices.push_back(order.working(contact.at.vertices[k]));
+        hold.weights.push_back(contact.at.weights[k]);
+    }
+    return hold;
+}
+
+// The least that a step takes here: one iteration on what a contact touches first.
+double least_seconds(const Laplacian& laplacian, const PokeOptions& options, const Hold& hold) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int trial = 0; trial < 3; ++trial) {
+        LocalIntegrator motion(laplacian, options.skin, 1.0 / options.rate, 3, options.local);
+        Hold moved = hold;
+        for (double& value : moved.value)
+            value += 1e-3;
+        least = std::min(least,
+                         motion.advance(std::array{moved}, LocalIntegrator::Clock::time_point::min()).seconds);
+    }
+    return least;
+}
+
+}  // namespace
+
+Pde skin_of(const Mesh& mesh) {
+    constexpr double omega = 2.0 * 3.14159265358979323846 * 10.0;
+    const double length = 0.02 * diagonal_of(mesh);
+    const double l2 = length * length;
+    const double w2 = omega * omega;
+    return {.alpha = 1.0, .beta_1 = omega, .beta_2 = 0.0, .gamma = {0.2 * w2 * l2, w2 * l2 * l2}, .foundation = w2};
+}
+
+PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<ContactPath>& paths,
+                const PokeOptions& options) {
+    if (paths.empty()) throw InputError("nothing touches the surface", "give at least one path");
+    if (!std::isfinite(options.rate) || options.rate <= 0.0) {
+        throw InputError(fmt::format("the rate is {} steps per unit of time", options.rate),
+                         "give a positive number, such as 1000");
+    }
+    if (options.time && !(std::isfinite(*options.time) && *options.time > 0.0)) {
+        throw InputError(fmt::format("the time is {}", *options.time), "give a positive number");
+    }
+    if (!(options.skin.alpha > 0.0)) {
+        throw InputError("the skin has no mass: alpha is 0", "give alpha a positive value");
+    }
+    const SurfaceSearch surface(mesh);
+    double start = std::numeric_limits<double>::infinity();
+    double end = -start;
+    for (const ContactPath& path : paths) {
+        check_path(path, surface, options.reach * diagonal_of(mesh));
+        start = std::min(start, path.front().time);
+        end = std::max(end, path.back().time);
+    }
+    const double dt = 1.0 / options.rate;
+    const double touched = end - start + dt;
+    const double steps = std::ceil(options.time.value_or(2.0 * touched) / dt - 1e-9);
+    if (steps > std::numeric_limits<int>::max()) {
+        throw InputError(fmt::format("{:.3g} steps", steps), "lower the rate, or shorten the path");
+    }
+
+    const Renumbering& order = laplacian.order();
+    std::vector<ContactState> contacts(paths.size());
+    const auto place_contacts = [&](double time) {
+        std::vector<Hold> holds;
+        for (std::size_t i = 0; i < paths.size(); ++i) {
+            const auto now = at_time(paths[i], time, 1e-6 * dt);
+            contacts[i] = {};
+            if (!now) continue;
+            contacts[i].touching = true;
+            contacts[i].at = surface.closest(now->point);
+            contacts[i].displacement = now->displacement;
+            holds.push_back(hold_of(contacts[i], order));
+        }
+        return holds;
+    };
+    if (options.real_time) {
+        const double least = least_seconds(laplacian, options, place_contacts(start).front());
+        if (least > dt) {
+            throw InputError(
+                fmt::format("{:g} steps per second cannot be met: the smallest step takes {:.2g} s here", options.rate,
+                            least),
+                fmt::format("lower the rate below {:.2g}, or do without real time", 1.0 / least));
+        }
+    }
+
+    LocalIntegrator motion(laplacian, options.skin, dt, 3, options.local);
+    PokeResult result;
+    std::vector<double> seconds;
+    double lag = 0.0;
+    double scale = 0.0;
+    for (int step = 1; step <= static_cast<int>(steps); ++step) {
+        report(options.progress, "poke", (step - 1) / steps);
+        const double time = start + (step - 1) * dt;
+        const auto tick = LocalIntegrator::Clock::now();
+        const std::vector<Hold> holds = place_contacts(time);
+        std::optional<LocalIntegrator::Clock::time_point> deadline;
+        if (options.real_time) {
+            deadline = tick + std::chrono::duration_cast<LocalIntegrator::Clock::duration>(
+                                  std::chrono::duration<double>(dt - std::min(lag, dt)));
+        }
+        const LocalStep local = motion.advance(holds, deadline);
+        Eigen::Index row = 0;
+        for (ContactState& contact : contacts) {
+            if (!contact.touching) continue;
+            contact.force = motion.forces().row(row++).transpose();
+            result.largest_force = std::max(result.largest_force, contact.force.norm());
+        }
+        const double taken = std::chrono::duration<double>(LocalIntegrator::Clock::now() - tick).count();
+        if (options.real_time) lag = std::max(0.0, lag + taken - dt);
+        seconds.push_back(taken);
+        result.steps = step;
+        result.most_active = std::max(result.most_active, local.active);
+        result.whole = result.whole || local.whole;
+        result.late_steps += local.in_time ? 0 : 1;
+        result.unconverged_steps += local.in_time && !local.converged ? 1 : 0;
+        result.work += local.work;
+        result.dissipated += local.dissipated;
+        result.iterations += local.iterations;
+        scale = std::max(scale, local.scale);
+        result.error_bound = scale > 0.0 ? local.error_bound / scale : 0.0;
+        if (options.on_step) options.on_step({step, static_cast<int>(steps), time, local, lag, contacts, motion});
+        result.at_rest = motion.domain().empty();
+        if (!options.time && time > end && result.at_rest) break;
+    }
+    result.displacement = order.to_user(motion.u());
+    std::sort(seconds.begin(), seconds.end());
+    result.median_seconds = seconds[seconds.size() / 2];
+    result.percentile_99_seconds = seconds[std::min(seconds.size() - 1, seconds.size() * 99 / 100)];
+    result.most_seconds = seconds.back();
+    return result;
+}
+
+}  // namespace beltrami
