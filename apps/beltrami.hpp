@@ -1,6 +1,7 @@
 // Everything at once: #include <beltrami/beltrami.hpp>
 #pragma once
 
+#include "beltrami/apps/fair/fair.hpp"
 #include "beltrami/apps/heat/heat.hpp"
 #include "beltrami/apps/interpolate/interpolate.hpp"
 #include "beltrami/apps/picture/picture.hpp"
