@@ -4,6 +4,7 @@
 #include "beltrami/apps/fair/fair.hpp"
 #include "beltrami/apps/heat/heat.hpp"
 #include "beltrami/apps/interpolate/interpolate.hpp"
+#include "beltrami/apps/membrane/membrane.hpp"
 #include "beltrami/apps/picture/picture.hpp"
 #include "beltrami/apps/poisson/poisson.hpp"
 #include "beltrami/apps/wave/wave.hpp"
@@ -23,4 +24,5 @@
 #include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/operators/stiffness.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
+#include "beltrami/solvers/membrane_flow.hpp"
 #include "beltrami/solvers/time_integrator.hpp"
