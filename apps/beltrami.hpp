@@ -23,6 +23,7 @@
 #include "beltrami/operators/mass.hpp"
 #include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/operators/stiffness.hpp"
+#include "beltrami/solvers/bounded_solver.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
 #include "beltrami/solvers/membrane_flow.hpp"
 #include "beltrami/solvers/time_integrator.hpp"

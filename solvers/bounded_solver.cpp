@@ -33,7 +33,7 @@ class Column {
             empty_.push_back(d == 0.0 ? 1 : 0);
     }
 
-    void run(Block& u, BoundedSummary& summary) {
+    void run(Block& u, int most_active_sets, BoundedSummary& summary) {
         Sides sides(static_cast<std::size_t>(u.rows()), Side::inside);
         std::set<Sides> seen;
         int sets = 0;
@@ -61,7 +61,6 @@ class Column {
     }
 
   private:
-    static constexpr int most_active_sets = 40;
     static constexpr int most_newton_steps = 200;
 
     [[nodiscard]] bool is_free(Index v) const {
@@ -165,7 +164,7 @@ class Column {
     std::vector<char> empty_;
 };
 
-void check(const Constraints& held, const Bounds& bounds, Eigen::Index columns) {
+void check(const Bounds& bounds, Eigen::Index columns) {
     if (bounds.low.size() != columns || bounds.high.size() != columns) {
         throw InputError(fmt::format("bounds of {} and {} columns for a field of {}", bounds.low.size(),
                                      bounds.high.size(), columns),
@@ -177,29 +176,19 @@ void check(const Constraints& held, const Bounds& bounds, Eigen::Index columns) 
                              "give the low one first");
         }
     }
-    for (const Index v : held.vertices()) {
-        for (Eigen::Index c = 0; c < columns; ++c) {
-            const double value = held.value(v)[static_cast<std::size_t>(c)];
-            if (value < bounds.low[c] || value > bounds.high[c]) {
-                throw InputError(fmt::format("vertex {} is held at {}, outside the bounds {} to {}", v, value,
-                                             bounds.low[c], bounds.high[c]),
-                                 "widen the bounds");
-            }
-        }
-    }
 }
 
 }  // namespace
 
 BoundedSummary solve_bounded(LinearSolver& solver, const Block& b, const Constraints& held,
-                             const Bounds& bounds, Block& u) {
+                             const Bounds& bounds, Block& u, const BoundedOptions& options) {
     if (b.rows() != solver.op().rows() || u.rows() != b.rows() || u.cols() != b.cols() ||
         (!held.empty() && held.columns() != b.cols())) {
         throw InputError(fmt::format("a bounded solve of {} vertices got b of {} x {} and u of {} x {}",
                                      solver.op().rows(), b.rows(), b.cols(), u.rows(), u.cols()),
                          "give both one row a vertex and the columns of the constraints");
     }
-    check(held, bounds, b.cols());
+    check(bounds, b.cols());
     held.check_range(static_cast<Index>(u.rows()));
     BoundedSummary summary;
     for (Eigen::Index c = 0; c < b.cols(); ++c) {
@@ -207,7 +196,8 @@ BoundedSummary solve_bounded(LinearSolver& solver, const Block& b, const Constra
         for (const Index v : held.vertices())
             held_column.fix(v, held.value(v)[static_cast<std::size_t>(c)]);
         Block column = u.col(c);
-        Column(solver, b.col(c), std::move(held_column), bounds.low[c], bounds.high[c]).run(column, summary);
+        Column(solver, b.col(c), std::move(held_column), bounds.low[c], bounds.high[c])
+            .run(column, options.active_sets, summary);
         u.col(c) = column;
     }
     return summary;

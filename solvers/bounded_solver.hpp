@@ -20,6 +20,11 @@ struct Bounds {
     Vector high;
 };
 
+struct BoundedOptions {
+    /// Active sets that are tried before the projected Newton method takes over.
+    int active_sets = 100;
+};
+
 struct BoundedSummary {
     LinearSummary linear;  ///< of all solves
     int sets = 0;          ///< active sets tried, the column that took the most
@@ -28,11 +33,11 @@ struct BoundedSummary {
 };
 
 /// b, u: n x k. u: held rows are set to the constraints' values, vertices whose row of A is zero keep what they have.
-/// Columns are independent: each has an active set of its own. At the end u is within the bounds; A u = b where it is
-/// strictly inside; at a low bound A u - b >= 0, at a high one <= 0, to the accuracy of the linear solves. Throws
-/// InputError for bounds of another number of columns, a low bound above its high one and a held value outside;
+/// Columns are independent: each has an active set of its own. At the end the rest is within the bounds; A u = b where it is
+/// strictly inside; at a low bound A u - b >= 0, at a high one <= 0, to the accuracy of the linear solves. Held values
+/// may lie outside. Throws InputError for bounds of another number of columns and a low bound above its high one;
 /// SolveError without convergence; and what LinearSolver::solve() throws.
 BoundedSummary solve_bounded(LinearSolver& solver, const Block& b, const Constraints& held,
-                             const Bounds& bounds, Block& u);
+                             const Bounds& bounds, Block& u, const BoundedOptions& options = {});
 
 }  // namespace beltrami
