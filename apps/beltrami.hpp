@@ -1,8 +1,10 @@
 // Everything at once: #include <beltrami/beltrami.hpp>
 #pragma once
 
+#include "beltrami/apps/fair/fair.hpp"
 #include "beltrami/apps/heat/heat.hpp"
 #include "beltrami/apps/interpolate/interpolate.hpp"
+#include "beltrami/apps/membrane/membrane.hpp"
 #include "beltrami/apps/picture/picture.hpp"
 #include "beltrami/apps/poisson/poisson.hpp"
 #include "beltrami/apps/wave/wave.hpp"
@@ -21,5 +23,7 @@
 #include "beltrami/operators/mass.hpp"
 #include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/operators/stiffness.hpp"
+#include "beltrami/solvers/bounded_solver.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
+#include "beltrami/solvers/membrane_flow.hpp"
 #include "beltrami/solvers/time_integrator.hpp"

@@ -5,11 +5,16 @@
 //
 // Solves (gamma_1 K + gamma_2 K D K) u = 0 for the free vertices: section 5.3 of Kim & Rossignac. The Laplacian alone
 // stays within the given values where the mesh is Delaunay, with a spike at each; the bi-Laplacian is smooth at the
-// given values and may overshoot them (docs/interpolate.md).
+// given values and may overshoot them, unless bounds forbid it (docs/interpolate.md). Values of three columns may be
+// displacements: `displaced(mesh, value)` is the mesh that they make; or colours: `clamped(value, 0.0, 1.0)`.
 #pragma once
 
+#include <optional>
+
 #include "beltrami/framework/constraints.hpp"
+#include "beltrami/framework/mesh.hpp"
 #include "beltrami/operators/laplacian.hpp"
+#include "beltrami/solvers/bounded_solver.hpp"
 #include "beltrami/solvers/free_components.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
 
@@ -18,6 +23,8 @@ namespace beltrami {
 struct InterpolateOptions {
     double laplacian = 1.0;    ///< gamma_1, not negative
     double bilaplacian = 0.0;  ///< gamma_2, in length^2, not negative; not both zero
+    /// The least of the same energy within these: see range_of(). Takes a solve for each active set.
+    std::optional<Bounds> bounds = {};
     FreeComponents free_components = FreeComponents::refuse;
     LinearSolverOptions linear = {};
 };
@@ -25,11 +32,29 @@ struct InterpolateOptions {
 struct InterpolateResult {
     Block value;  ///< n x k in the user's order; 0 at isolated vertices
     LinearSummary summary;
+    Index at_bounds = 0;  ///< vertices that only the bounds keep from going farther, over all columns
 };
 
 /// `fixed` in the user's numbering, k columns. Throws InputError for no constraint at all, vertices out of range,
-/// components that nothing holds and coefficients that are negative or both zero; SolveError without convergence.
+/// components that nothing holds, coefficients that are negative or both zero and a fixed value outside the bounds;
+/// SolveError without convergence.
 InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fixed,
                               const InterpolateOptions& options = {});
+
+/// The least and greatest fixed value of each column.
+Bounds range_of(const Constraints& fixed);
+
+/// The mesh with its points moved by n x 3 displacements.
+inline Mesh displaced(const Mesh& mesh, const Block& displacement) {
+    return mesh.with_points(mesh.points() + displacement);
+}
+
+/// Values within [low, high], and how many vertices were not, by how much at most.
+struct Clamped {
+    Block value;
+    Index vertices = 0;
+    double farthest = 0.0;
+};
+Clamped clamped(const Block& value, double low, double high);
 
 }  // namespace beltrami

@@ -37,6 +37,8 @@ int run_program(int argc, char** argv) {
     add_interpolate(program, run);
     add_poisson(program, run);
     add_curvature(program, run);
+    add_fair(program, run);
+    add_membrane(program, run);
     try {
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0) {

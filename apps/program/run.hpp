@@ -135,5 +135,7 @@ void add_wave(CLI::App& program, Run& run);
 void add_interpolate(CLI::App& program, Run& run);
 void add_poisson(CLI::App& program, Run& run);
 void add_curvature(CLI::App& program, Run& run);
+void add_fair(CLI::App& program, Run& run);
+void add_membrane(CLI::App& program, Run& run);
 
 }  // namespace beltrami::program

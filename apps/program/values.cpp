@@ -2,30 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <fstream>
 #include <string_view>
 #include <utility>
 
 #include "beltrami/framework/error.hpp"
+#include "text.hpp"
 
 namespace beltrami::program {
 
 namespace {
-
-std::string_view trimmed(std::string_view text) {
-    const auto first = text.find_first_not_of(" \t\r");
-    if (first == std::string_view::npos) return {};
-    return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-template <class Number>
-bool parse(std::string_view text, Number& number) {
-    text = trimmed(text);
-    if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-    return error == std::errc() && end == text.data() + text.size() && !text.empty();
-}
 
 // Numbers parted by commas; empty where one of them is not a number.
 std::vector<double> parse_numbers(std::string_view text) {
