@@ -35,6 +35,7 @@ int run_program(int argc, char** argv) {
     add_heat(program, run);
     add_wave(program, run);
     add_interpolate(program, run);
+    add_vectors(program, run);
     add_poisson(program, run);
     add_curvature(program, run);
     try {
