@@ -48,22 +48,26 @@ std::vector<Complex> directions(const Mesh& mesh, const TangentFrames& frames, c
         z = is_zero(z) ? Complex(0.0) : z / std::abs(z);
 
     const Transport transport(mesh, frames);
-    std::vector<Complex> around(n, 0.0);
+    std::vector<Complex> sum(n, 0.0);
+    std::vector<Complex> first(n, 0.0);
     for (Index c = 0; c < mesh.cell_count(); ++c) {
         if (frames.triangle_normal.row(c).isZero(0.0)) continue;
         for (int k = 0; k < 3; ++k) {
             const Index v = mesh.cells()(c, k);
-            if (numbers[static_cast<std::size_t>(v)] != 0.0) continue;
+            const auto at = static_cast<std::size_t>(v);
+            if (numbers[at] != 0.0) continue;
             for (const int other : {(k + 1) % 3, (k + 2) % 3}) {
                 const Index w = mesh.cells()(c, other);
-                around[static_cast<std::size_t>(v)] += transport(w, v, numbers[static_cast<std::size_t>(w)]);
+                const Complex there = transport(w, v, numbers[static_cast<std::size_t>(w)]);
+                sum[at] += there;
+                if (first[at] == 0.0) first[at] = there;
             }
         }
     }
     for (std::size_t v = 0; v < n; ++v) {
-        // Directions that cancel to rounding leave no mean; any direction will do where some are around.
-        if (numbers[v] != 0.0 || around[v] == 0.0) continue;
-        numbers[v] = around[v] / std::abs(around[v]);
+        // Around a source directions cancel: any of them will do.
+        if (std::abs(sum[v]) < 1e-6) sum[v] = first[v];
+        if (sum[v] != 0.0) numbers[v] = sum[v] / std::abs(sum[v]);
     }
     return numbers;
 }

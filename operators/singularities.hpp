@@ -29,7 +29,7 @@ struct Singularities {
 };
 
 /// field: n x 3, tangent (what is not is projected), in the mesh's order. A vector is zero when it is shorter than 1e-9
-/// of the longest; it then takes the mean direction of its neighbours, so that a zero of the field is found in one of
+/// of the longest; it then takes a direction of its neighbours, their mean if there is one, so that a zero of the field is found in one of
 /// the triangles around. Throws InputError for a field of another shape and for one-sided surfaces.
 Singularities singularities(const Mesh& mesh, const TangentFrames& frames, const Block& field);
 

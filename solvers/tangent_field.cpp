@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -111,6 +112,27 @@ TangentField solve_by_connection(const Mesh& mesh, const Laplacian& laplacian, c
         if (has_plane(frames, v)) field.vectors.row(v) = frames.to_vector(v, z(order.working(v), 0));
     }
     return field;
+}
+
+TangentField with_interpolated_lengths(const TangentField& field, const Laplacian& laplacian,
+                                       const Constraints& held, const std::vector<double>& gamma,
+                                       const LinearSolverOptions& options) {
+    Constraints lengths;
+    for (const Index v : held.vertices())
+        lengths.fix(v, vector_at(held, v).stableNorm());
+    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), options);
+    const Renumbering& order = laplacian.order();
+    Block u = Block::Zero(laplacian.vertex_count(), 1);
+    const Block no_load = u;
+    TangentField result = field;
+    const LinearSummary summary = solver.solve(no_load, order.to_working(lengths), u);
+    require_converged(summary);
+    result.summary.add(summary);
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        const double length = std::max(0.0, u(order.working(v), 0));
+        result.vectors.row(v) = length * field.vectors.row(v).stableNormalized();
+    }
+    return result;
 }
 
 }  // namespace beltrami

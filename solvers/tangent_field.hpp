@@ -41,4 +41,11 @@ TangentField solve_by_connection(const Mesh& mesh, const Laplacian& laplacian, c
                                  const Constraints& held, const std::vector<double>& gamma,
                                  const LinearSolverOptions& options);
 
+/// The field with the lengths that `held` has, interpolated by (sum of gamma_i K (D K)^(i-1)) u = 0 (not below 0), and
+/// directions as they are; where it is zero it stays zero. The summary is that of both solves. As in Sharp, Soliman &
+/// Crane 2019, "The vector heat method", which parts directions and lengths alike. Throws SolveError without convergence.
+TangentField with_interpolated_lengths(const TangentField& field, const Laplacian& laplacian,
+                                       const Constraints& held, const std::vector<double>& gamma,
+                                       const LinearSolverOptions& options);
+
 }  // namespace beltrami

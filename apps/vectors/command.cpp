@@ -57,6 +57,7 @@ void add_vectors(CLI::App& program, Run& run) {
         std::vector<std::string> fix;
         std::string fix_file;
         std::string method = "connection";
+        std::string lengths = "solved";
         std::optional<double> laplacian;
         std::optional<double> bilaplacian;
         bool keep = false;
@@ -72,6 +73,12 @@ void add_vectors(CLI::App& program, Run& run) {
                      "connection, which turns vectors with the surface, or coordinates, which interpolates "
                      "x, y and z by themselves (default: connection)")
         ->check(CLI::IsMember({"connection", "coordinates"}))
+        ->option_text("NAME");
+    command
+        ->add_option("--lengths", options->lengths,
+                     "solved, or interpolated: those of the given vectors, which do not fade out on curved "
+                     "surfaces (default: solved)")
+        ->check(CLI::IsMember({"solved", "interpolated"}))
         ->option_text("NAME");
     command
         ->add_option("--laplacian", options->laplacian,
@@ -90,6 +97,8 @@ void add_vectors(CLI::App& program, Run& run) {
         VectorsOptions interpolation;
         interpolation.method =
             options->method == "coordinates" ? VectorMethod::coordinates : VectorMethod::connection;
+        interpolation.lengths =
+            options->lengths == "interpolated" ? VectorLengths::interpolated : VectorLengths::solved;
         interpolation.laplacian = options->laplacian.value_or(neither ? 1.0 : 0.0);
         interpolation.bilaplacian = options->bilaplacian.value_or(0.0);
         interpolation.free_components = free_components(options->keep);
@@ -100,6 +109,7 @@ void add_vectors(CLI::App& program, Run& run) {
         run.record(result.summary);
         tell(run, result);
         run.result()["method"] = options->method;
+        run.result()["lengths"] = options->lengths;
         run.write(mesh, {{"vectors", result.vectors}}, [&](const PictureOptions& picture) {
             return draw_vectors(mesh, result.vectors, fixed.vertices(), picture);
         });

@@ -23,6 +23,8 @@ VectorsResult vectors(const Mesh& mesh, const Laplacian& laplacian, const Constr
     TangentField field = options.method == VectorMethod::coordinates
                              ? solve_by_coordinates(laplacian, frames, held, gamma, options.linear)
                              : solve_by_connection(mesh, laplacian, frames, held, gamma, options.linear);
+    if (options.lengths == VectorLengths::interpolated)
+        field = with_interpolated_lengths(field, laplacian, held, gamma, options.linear);
     VectorsResult result;
     result.vectors = std::move(field.vectors);
     result.summary = field.summary;

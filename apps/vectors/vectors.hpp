@@ -26,8 +26,14 @@ enum class VectorMethod {
     coordinates  ///< (gamma_1 K + gamma_2 K D K) u = 0 for x, y and z by themselves, then projected
 };
 
+enum class VectorLengths {
+    solved,  ///< of the solution: linear in the given vectors, but few of them fade out on curved surfaces
+    interpolated  ///< of the given vectors, interpolated as numbers; the directions are the solution's
+};
+
 struct VectorsOptions {
     VectorMethod method = VectorMethod::connection;
+    VectorLengths lengths = VectorLengths::solved;
     double laplacian = 1.0;    ///< gamma_1, not negative
     double bilaplacian = 0.0;  ///< gamma_2, in length^2, not negative; not both zero
     FreeComponents free_components = FreeComponents::refuse;

@@ -1,0 +1,148 @@
+// Figure 11 of Kim & Rossignac, "Localized bi-Laplacian Solver on a Triangle Mesh and Its Applications": vector fields
+// from four given vectors, (gamma_1, gamma_2) = (1, 0.05), coordinate by coordinate with projection, beside the
+// connection Laplacian. The paper prints a picture and no numbers, so the numbers are those of problems whose answer is
+// known, and how long the vectors of such a field are.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+
+#include "beltrami/apps/vectors/vectors.hpp"
+#include "beltrami/framework/shapes.hpp"
+#include "numerics.hpp"
+
+namespace beltrami {
+namespace {
+
+using std::numbers::pi;
+
+void fix(Constraints& fixed, Index v, const Vector3& vector) {
+    fixed.fix(v, std::array{vector.x(), vector.y(), vector.z()});
+}
+
+// The unit vectors around the z axis.
+Vector3 around(const Mesh& mesh, Index v) {
+    return Vector3::UnitZ().cross(Vector3(mesh.points().row(v))).normalized();
+}
+
+Block lengths(const Mesh& mesh, const Constraints& fixed, const VectorsOptions& options) {
+    return vectors(mesh, Laplacian(mesh), fixed, options).vectors.rowwise().norm();
+}
+
+// Two lines of a cylinder carry unit vectors around it. What is parallel to both has length 1 everywhere; coordinates
+// go along straight lines from one vector to its opposite and lose even more to the projection.
+TEST(KimRossignacFigure11, AroundACylinder) {
+    const int nu = 120;
+    const Mesh cylinder = shapes::cylinder(1.0, 1.5, nu, 24);
+    Constraints fixed(3);
+    for (Index v = 0; v < cylinder.vertex_count(); ++v) {
+        if (std::abs(cylinder.points()(v, 1)) < 1e-9) fix(fixed, v, around(cylinder, v));
+    }
+    const Block parallel = lengths(cylinder, fixed, {.method = VectorMethod::connection});
+    EXPECT_LT((parallel.array() - 1.0).abs().maxCoeff(), 1e-9);
+    const Block bilaplacian =
+        lengths(cylinder, fixed, {.method = VectorMethod::connection, .bilaplacian = 0.05});
+    EXPECT_LT((bilaplacian.array() - 1.0).abs().maxCoeff(), 1e-8);
+    const Block straight = lengths(cylinder, fixed, {.method = VectorMethod::coordinates});
+    for (Index v = 0; v < cylinder.vertex_count(); ++v) {
+        const double angle = std::atan2(std::abs(cylinder.points()(v, 1)), cylinder.points()(v, 0));
+        EXPECT_NEAR(straight(v, 0), std::abs((1.0 - 2.0 * angle / pi) * std::cos(angle)), 2e-3);
+    }
+    EXPECT_LT(straight.minCoeff(), 1e-2);
+    RecordProperty("shortest_connection", std::to_string(parallel.minCoeff()));
+    RecordProperty("shortest_coordinates", std::to_string(straight.minCoeff()));
+}
+
+// Unit vectors along the parallels at 30 and 150 degrees from the pole of a sphere. With x = log tan(theta / 2) a field f
+// along the parallels between them solves f'' = cos(theta)^2 f for the connection, integrated here by Runge and Kutta,
+// and f'' = f coordinate by coordinate.
+double middle_of_band(double edge) {
+    constexpr int steps = 2000;
+    const double h = edge / steps;
+    Eigen::Vector2d f(1.0, 0.0);
+    const auto slope = [](double x, const Eigen::Vector2d& y) {
+        return Eigen::Vector2d(y[1], std::tanh(x) * std::tanh(x) * y[0]);
+    };
+    for (int i = 0; i < steps; ++i) {
+        const double x = i * h;
+        const Eigen::Vector2d a = slope(x, f);
+        const Eigen::Vector2d b = slope(x + h / 2, f + h / 2 * a);
+        const Eigen::Vector2d c = slope(x + h / 2, f + h / 2 * b);
+        const Eigen::Vector2d d = slope(x + h, f + h * c);
+        f += h / 6 * (a + 2 * b + 2 * c + d);
+    }
+    return 1.0 / f[0];
+}
+
+TEST(KimRossignacFigure11, BetweenTwoParallelsOfASphere) {
+    const double exact_connection = middle_of_band(std::log(std::tan(pi / 12.0)));
+    const double exact_coordinates = 0.5;  // 1 / cosh
+    std::vector<double> widths;
+    std::vector<double> errors;
+    for (const int rings : {11, 23, 47}) {
+        const Mesh sphere = shapes::latlong_sphere(rings);
+        Constraints fixed(3);
+        for (Index v = 0; v < sphere.vertex_count(); ++v) {
+            if (std::abs(std::abs(sphere.points()(v, 2)) - std::cos(pi / 6.0)) < 1e-9)
+                fix(fixed, v, around(sphere, v));
+        }
+        ASSERT_EQ(fixed.size(), 4 * (rings + 1)) << "two of the rings";
+        const Block connection = lengths(sphere, fixed, {.method = VectorMethod::connection});
+        const Block coordinates = lengths(sphere, fixed, {.method = VectorMethod::coordinates});
+        double error = 0.0;
+        double error_of_coordinates = 0.0;
+        for (Index v = 0; v < sphere.vertex_count(); ++v) {
+            if (std::abs(sphere.points()(v, 2)) > 1e-9) continue;
+            error = std::max(error, std::abs(connection(v, 0) - exact_connection));
+            error_of_coordinates =
+                std::max(error_of_coordinates, std::abs(coordinates(v, 0) - exact_coordinates));
+        }
+        widths.push_back(1.0 / rings);
+        errors.push_back(error);
+        EXPECT_LT(error_of_coordinates, 2.0 / rings / rings);
+    }
+    const double order = testing::fitted_order(widths, errors);
+    EXPECT_NEAR(order, 2.0, 0.2) << errors.back();
+    EXPECT_LT(errors.back(), 1e-3);
+    EXPECT_GT(exact_connection, 0.75);
+    RecordProperty("length_connection", std::to_string(exact_connection));
+    RecordProperty("length_coordinates", std::to_string(exact_coordinates));
+    RecordProperty("order", std::to_string(order));
+}
+
+struct Case {
+    std::string name;
+    Mesh mesh;
+    std::vector<Vector3> places;
+};
+
+// Four unit vectors around the z axis, and the lengths of the field between them.
+TEST(KimRossignacFigure11, FourVectorsOnASphereAndATorus) {
+    const std::vector<Case> cases = {
+        {"sphere", shapes::icosphere(4), {{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}}},
+        {"torus", shapes::torus(1.0, 0.4, 90, 40), {{1.4, 0, 0}, {0, 1.4, 0}, {-1.4, 0, 0}, {0, -1.4, 0}}}};
+    for (const Case& c : cases) {
+        Constraints fixed(3);
+        for (const Vector3& place : c.places) {
+            Index v = 0;
+            (c.mesh.points().rowwise() - place.transpose()).rowwise().squaredNorm().minCoeff(&v);
+            fix(fixed, v, around(c.mesh, v));
+        }
+        for (const double g2 : {0.0, 0.05}) {
+            for (const VectorMethod method : {VectorMethod::coordinates, VectorMethod::connection}) {
+                for (const VectorLengths kept : {VectorLengths::solved, VectorLengths::interpolated}) {
+                    Block l = lengths(c.mesh, fixed, {.method = method, .lengths = kept, .bilaplacian = g2});
+                    std::sort(l.data(), l.data() + l.size());
+                    fmt::print("{} g2 {} {} {}: min {:.4f} 10% {:.4f} median {:.4f} max {:.4f}\n", c.name, g2,
+                               method == VectorMethod::coordinates ? "coordinates" : "connection",
+                               kept == VectorLengths::solved ? "solved" : "interpolated", l(0, 0),
+                               l(l.size() / 10, 0), l(l.size() / 2, 0), l(l.size() - 1, 0));
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace beltrami
