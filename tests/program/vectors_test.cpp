@@ -178,7 +178,6 @@ TEST(VectorsCommand, EveryRealMeshEndsWell) {
                 EXPECT_EQ(outcome.status, 2) << what;
                 EXPECT_TRUE(contains(outcome.err, {"error: ", "hint: "})) << what;
                 EXPECT_FALSE(fs::exists(out)) << what;
-                fmt::print("{}", what);
             }
         }
     }
