@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace beltrami {
 
@@ -91,20 +92,23 @@ class Collector {
 Arrows arrows(const Points& positions, const std::vector<Index>& seen, const Block& vectors,
               const std::vector<Index>& given, const ColourScale& scale, double spacing, double lift) {
     double longest = 0.0;
-    for (const Index v : seen)
-        longest = std::max(longest, vectors.row(v).norm());
+    for (const Index v : seen) {
+        if (vectors.row(v).allFinite()) longest = std::max(longest, vectors.row(v).norm());
+    }
     // Short ones must still show their direction.
     const auto pixels = [&](Index v, double largest) {
         const double length = vectors.row(v).norm();
         return length > 0.0 ? largest * (0.35 + 0.65 * std::min(1.0, length / longest)) / length : 0.0;
     };
     Collector collector(positions, vectors, lift);
+    const std::set<Index> kept(given.begin(), given.end());
     for (const Index v : spread(positions, seen, spacing)) {
-        if (std::find(given.begin(), given.end(), v) != given.end() || !vectors.row(v).allFinite()) continue;
+        if (kept.contains(v) || !vectors.row(v).allFinite()) continue;
         collector.add(v, pixels(v, 0.95 * spacing), scale.colour(vectors.row(v).norm()));
     }
-    for (const Index v : given)
-        collector.add(v, pixels(v, 2.0 * spacing), given_colour);
+    for (const Index v : spread(positions, given, spacing)) {
+        if (vectors.row(v).allFinite()) collector.add(v, pixels(v, 2.0 * spacing), given_colour);
+    }
     return collector.take();
 }
 

@@ -14,8 +14,9 @@ struct Arrows {
     Block colours{0, 3};  ///< k x 3
 };
 
-/// Vectors at so many of the vertices `seen` that they fill the picture evenly without touching, and at all `given` ones,
-/// which are red and larger; the length of the arrow grows with that of the vector, the colour is that of the scale.
+/// Vectors at so many of the vertices `seen` that they fill the picture evenly without touching, and at as many of the
+/// `given` ones, which are red and larger. The length of the arrow grows with that of the vector, its colour is that of
+/// the length in the scale. Vectors that are not finite have none.
 ///
 /// positions: n x 3 as Scene has them; vectors: n x 3 in the same directions, of any scale. spacing: between arrows, in
 /// pixels. Arrows are lifted toward the viewer by `lift` pixels.

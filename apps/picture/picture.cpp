@@ -218,7 +218,9 @@ class Page {
         positions_.conservativeResize(n + more, 3);
         positions_.bottomRows(more) = added.ends;
         added.rods.array() += static_cast<Index>(n);
-        shape_.capsules = std::move(added.rods);
+        const Eigen::Index before = shape_.capsules.rows();
+        shape_.capsules.conservativeResize(before + added.rods.rows(), 2);
+        shape_.capsules.bottomRows(added.rods.rows()) = added.rods;
         return colours;
     }
 

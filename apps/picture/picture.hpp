@@ -44,9 +44,9 @@ struct PictureOptions {
 /// bytes, whatever the number of threads.
 Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options = {});
 
-/// A surface with arrows for the vectors (n x 3) at as many vertices as there is room for, of the colour of their length
-/// in the scale, and larger red ones at the vertices `given`. Other cells than triangles and tetrahedra have arrows
-/// alone. Throws as draw(), and InputError for a vertex out of range.
+/// A mesh in grey with arrows for the vectors (n x 3) at as many vertices as there is room for, of the colour of their
+/// length in the scale, and larger red ones at the vertices `given`; none where a vector is not finite. Throws as
+/// draw(), and InputError for vectors of other than three columns and a vertex out of range.
 Image draw_vectors(const Mesh& mesh, const Block& vectors, const std::vector<Index>& given,
                    const PictureOptions& options = {});
 
