@@ -57,7 +57,7 @@ void add_vectors(CLI::App& program, Run& run) {
         std::vector<std::string> fix;
         std::string fix_file;
         std::string method = "connection";
-        std::string lengths = "solved";
+        std::string lengths;
         std::optional<double> laplacian;
         std::optional<double> bilaplacian;
         bool keep = false;
@@ -75,9 +75,10 @@ void add_vectors(CLI::App& program, Run& run) {
         ->check(CLI::IsMember({"connection", "coordinates"}))
         ->option_text("NAME");
     command
-        ->add_option("--lengths", options->lengths,
-                     "solved, or interpolated: those of the given vectors, which do not fade out on curved "
-                     "surfaces (default: solved)")
+        ->add_option(
+            "--lengths", options->lengths,
+            "interpolated: those of the given vectors, as numbers; solved: those of the solution, which "
+            "few vectors leave short on curved surfaces (default: interpolated, with coordinates solved)")
         ->check(CLI::IsMember({"solved", "interpolated"}))
         ->option_text("NAME");
     command
@@ -97,8 +98,10 @@ void add_vectors(CLI::App& program, Run& run) {
         VectorsOptions interpolation;
         interpolation.method =
             options->method == "coordinates" ? VectorMethod::coordinates : VectorMethod::connection;
-        interpolation.lengths =
-            options->lengths == "interpolated" ? VectorLengths::interpolated : VectorLengths::solved;
+        if (!options->lengths.empty()) {
+            interpolation.lengths =
+                options->lengths == "solved" ? VectorLengths::solved : VectorLengths::interpolated;
+        }
         interpolation.laplacian = options->laplacian.value_or(neither ? 1.0 : 0.0);
         interpolation.bilaplacian = options->bilaplacian.value_or(0.0);
         interpolation.free_components = free_components(options->keep);
@@ -109,7 +112,6 @@ void add_vectors(CLI::App& program, Run& run) {
         run.record(result.summary);
         tell(run, result);
         run.result()["method"] = options->method;
-        run.result()["lengths"] = options->lengths;
         run.write(mesh, {{"vectors", result.vectors}}, [&](const PictureOptions& picture) {
             return draw_vectors(mesh, result.vectors, fixed.vertices(), picture);
         });

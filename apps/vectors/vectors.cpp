@@ -23,7 +23,9 @@ VectorsResult vectors(const Mesh& mesh, const Laplacian& laplacian, const Constr
     TangentField field = options.method == VectorMethod::coordinates
                              ? solve_by_coordinates(laplacian, frames, held, gamma, options.linear)
                              : solve_by_connection(mesh, laplacian, frames, held, gamma, options.linear);
-    if (options.lengths == VectorLengths::interpolated)
+    const VectorLengths lengths = options.lengths.value_or(
+        options.method == VectorMethod::connection ? VectorLengths::interpolated : VectorLengths::solved);
+    if (lengths == VectorLengths::interpolated)
         field = with_interpolated_lengths(field, laplacian, held, gamma, options.linear);
     VectorsResult result;
     result.vectors = std::move(field.vectors);

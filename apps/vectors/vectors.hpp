@@ -8,9 +8,13 @@
 //     result.singularities.list;                   // where the field turns around a point
 //
 // Section 5.3 of Kim & Rossignac interpolates each coordinate by itself and projects the result on the tangent planes,
-// which shortens vectors wherever the surface turns. The connection Laplacian turns them with the surface instead
-// (connection_laplacian.hpp, docs/vectors.md).
+// which shortens vectors wherever the surface turns and gives the field singularities that nothing asks for. The
+// connection Laplacian turns vectors with the surface instead (connection_laplacian.hpp). No field on a curved surface is
+// parallel, so its solution fades away from few vectors; their lengths are therefore interpolated by themselves, as in
+// Sharp, Soliman & Crane 2019, "The vector heat method" (docs/vectors.md).
 #pragma once
+
+#include <optional>
 
 #include "beltrami/framework/constraints.hpp"
 #include "beltrami/framework/mesh.hpp"
@@ -33,7 +37,8 @@ enum class VectorLengths {
 
 struct VectorsOptions {
     VectorMethod method = VectorMethod::connection;
-    VectorLengths lengths = VectorLengths::solved;
+    /// Without it, interpolated for the connection and solved, as published, for coordinates.
+    std::optional<VectorLengths> lengths = {};
     double laplacian = 1.0;    ///< gamma_1, not negative
     double bilaplacian = 0.0;  ///< gamma_2, in length^2, not negative; not both zero
     FreeComponents free_components = FreeComponents::refuse;

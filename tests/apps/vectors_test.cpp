@@ -30,9 +30,12 @@ VectorsResult solve(const Mesh& mesh, const Given& given, const VectorsOptions& 
 }
 
 const std::vector<VectorsOptions> ways = {
+    {.method = VectorMethod::connection, .lengths = VectorLengths::solved},
+    {.method = VectorMethod::connection,
+     .lengths = VectorLengths::solved,
+     .laplacian = 1.0,
+     .bilaplacian = 0.05},
     {.method = VectorMethod::connection},
-    {.method = VectorMethod::connection, .laplacian = 1.0, .bilaplacian = 0.05},
-    {.method = VectorMethod::connection, .lengths = VectorLengths::interpolated},
     {.method = VectorMethod::coordinates},
     {.method = VectorMethod::coordinates, .laplacian = 0.0, .bilaplacian = 1.0}};
 
@@ -67,7 +70,9 @@ TEST(Vectors, InAPlaneAreTwoInterpolations) {
         const Block expected =
             interpolate(Laplacian(plane), constraints(given), {.bilaplacian = bilaplacian}).value;
         for (const VectorMethod method : {VectorMethod::connection, VectorMethod::coordinates}) {
-            const VectorsResult result = solve(plane, given, {.method = method, .bilaplacian = bilaplacian});
+            const VectorsResult result =
+                solve(plane, given,
+                      {.method = method, .lengths = VectorLengths::solved, .bilaplacian = bilaplacian});
             EXPECT_LT(relative_difference(result.vectors, expected), 1e-8);
             EXPECT_LT(result.largest_tilt, 1e-6);
         }
@@ -99,6 +104,21 @@ TEST(Vectors, DoNotDependOnNumberingPositionSizeOrTurnedTriangles) {
         EXPECT_LT(relative_difference(solve(testing::scaled(sphere, 100.0), some, larger).vectors, expected),
                   1e-7);
     }
+}
+
+// Lengths of the given vectors are kept by default, but not by the published way.
+TEST(Vectors, LengthsAreInterpolatedUnlessCoordinatesAreAskedFor) {
+    const Mesh sphere = shapes::icosphere(2);
+    const Laplacian laplacian(sphere);
+    const Given given = {{3, sphere.points().row(3).cross(Eigen::RowVector3d(1, 2, 3)).normalized()}};
+    const auto shortest = [&](const VectorsOptions& options) {
+        return solve(sphere, given, options).vectors.rowwise().norm().minCoeff();
+    };
+    EXPECT_NEAR(shortest({}), 1.0, 1e-9);
+    EXPECT_LT(shortest({.lengths = VectorLengths::solved}), 0.2);
+    EXPECT_LT(shortest({.method = VectorMethod::coordinates}), 0.2);
+    EXPECT_NEAR(shortest({.method = VectorMethod::coordinates, .lengths = VectorLengths::interpolated}), 1.0,
+                1e-9);
 }
 
 TEST(Vectors, BothSolversAgree) {

@@ -84,7 +84,9 @@ TEST(VectorsCommand, EveryOptionReachesTheSolve) {
     const std::vector<std::pair<Arguments, VectorsOptions>> cases = {
         {{}, {}},
         {{"--method", "coordinates"}, {.method = VectorMethod::coordinates}},
-        {{"--lengths", "interpolated"}, {.lengths = VectorLengths::interpolated}},
+        {{"--lengths", "solved"}, {.lengths = VectorLengths::solved}},
+        {{"--lengths", "interpolated", "--method", "coordinates"},
+         {.method = VectorMethod::coordinates, .lengths = VectorLengths::interpolated}},
         {{"--bilaplacian", "0.3"}, {.laplacian = 0.0, .bilaplacian = 0.3}},
         {{"--laplacian", "1", "--bilaplacian", "0.1", "--solver", "cg"}, {.bilaplacian = 0.1}}};
     for (const auto& [arguments, options] : cases) {
