@@ -13,6 +13,7 @@
 
 #include "beltrami/framework/cell_geometry.hpp"
 #include "beltrami/framework/edge_graph.hpp"
+#include "beltrami/framework/orientation.hpp"
 #include "beltrami/framework/sides.hpp"
 
 namespace beltrami {
@@ -192,41 +193,13 @@ void examine_surface(const Mesh& mesh, const Sides& sides, const std::vector<dou
     const auto turned = [&](Index a, Index b) { return start(a) == start(b); };
     // The diagonal of a split rectangle is no trouble, even with the few digits of a file.
     constexpr double most = 180.0001 * degree;
-    std::vector<Index> across(static_cast<std::size_t>(mesh.cells().size()), -1);
     for (Index s = 0; s < sides.count(); ++s) {
         const auto places = sides.places(s);
         if (places.size() != 2) continue;
-        across[at(places[0])] = places[1];
-        across[at(places[1])] = places[0];
         if (turned(places[0], places[1])) ++r.turned_edges;
         if (angles[at(places[0])] + angles[at(places[1])] > most) ++r.non_delaunay_edges;
     }
-
-    // Breadth first over two-face edges: +1 keeps a face, -1 turns it over, 0 has not been reached.
-    r.orientable = true;
-    std::vector<signed char> sense(at(mesh.cell_count()), 0);
-    std::vector<Index> queue;
-    for (Index seed = 0; seed < mesh.cell_count(); ++seed) {
-        if (sense[at(seed)] != 0) continue;
-        sense[at(seed)] = 1;
-        queue.assign(1, seed);
-        for (std::size_t head = 0; head < queue.size(); ++head) {
-            const Index cell = queue[head];
-            for (Index place = 3 * cell; place < 3 * cell + 3; ++place) {
-                const Index other = across[at(place)];
-                if (other < 0) continue;
-                const auto wanted =
-                    static_cast<signed char>(turned(place, other) ? -sense[at(cell)] : sense[at(cell)]);
-                auto& found = sense[at(sides.cell(other))];
-                if (found == 0) {
-                    found = wanted;
-                    queue.push_back(sides.cell(other));
-                } else if (found != wanted) {
-                    r.orientable = false;
-                }
-            }
-        }
-    }
+    r.orientable = !orientation(mesh.cells(), sides).one_sided;
     if (r.manifold && r.orientable && mesh.cell_count() > 0) {
         r.genus = (2 * r.components - r.boundary_loops - r.euler_characteristic) / 2;
     }

@@ -30,6 +30,8 @@ class EdgeOperator {
 
     [[nodiscard]] Index rows() const { return graph_->vertex_count(); }
     [[nodiscard]] const EdgeGraph& graph() const { return *graph_; }
+    /// For another operator on the same edges.
+    [[nodiscard]] std::shared_ptr<const EdgeGraph> shared_graph() const { return graph_; }
     [[nodiscard]] const Array& diagonal() const { return diagonal_; }
     [[nodiscard]] const Array& edges() const { return edges_; }
 

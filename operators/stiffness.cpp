@@ -15,16 +15,6 @@ namespace {
 
 using ElementMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
 
-// K_e = A B_s B_s^T: row k of 2 A B_s is the edge opposite to corner k, so no division by an angle is needed.
-ElementMatrix triangle_element(const Mesh& mesh, Index cell) {
-    Eigen::Matrix3d opposite;
-    for (int k = 0; k < 3; ++k) {
-        opposite.row(k) = mesh.points().row(mesh.cells()(cell, (k + 1) % 3)) -
-                          mesh.points().row(mesh.cells()(cell, (k + 2) % 3));
-    }
-    return opposite * opposite.transpose() / (4.0 * signed_measure(mesh, cell));
-}
-
 ElementMatrix gradient_element(const Mesh& mesh, Index cell) {
     const CellGradients gradients = cell_gradients(mesh, cell);
     return std::abs(signed_measure(mesh, cell)) * (gradients * gradients.transpose());
@@ -68,9 +58,19 @@ void require(const Mesh& mesh, CellKind kind, const char* what) {
 
 }  // namespace
 
+// Row k of 2 A B_s is the edge opposite to corner k, so no division by an angle is needed.
+Eigen::Matrix3d cotangent_element(const Mesh& mesh, Index cell) {
+    Eigen::Matrix3d opposite;
+    for (int k = 0; k < 3; ++k) {
+        opposite.row(k) = mesh.points().row(mesh.cells()(cell, (k + 1) % 3)) -
+                          mesh.points().row(mesh.cells()(cell, (k + 2) % 3));
+    }
+    return opposite * opposite.transpose() / (4.0 * signed_measure(mesh, cell));
+}
+
 EdgeOperator<double> cotangent_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph) {
     require(mesh, CellKind::triangle, "the cotangent stiffness");
-    return assemble(mesh, std::move(graph), [&](Index c) { return triangle_element(mesh, c); });
+    return assemble(mesh, std::move(graph), [&](Index c) { return cotangent_element(mesh, c); });
 }
 
 EdgeOperator<double> tetrahedral_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph) {

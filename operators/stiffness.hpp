@@ -23,6 +23,9 @@ EdgeOperator<double> stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph
 /// Triangles: K_e = A B_s B_s^T, eq. (4) of Kim & Rossignac. Throws InputError for other cells.
 EdgeOperator<double> cotangent_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 
+/// K_e of one triangle that is not degenerate: minus half the cotangent of the third angle off the diagonal.
+Eigen::Matrix3d cotangent_element(const Mesh& mesh, Index cell);
+
 /// Tetrahedra: K_ij = (area vector of face i) . (area vector of face j) / (9 V). Throws InputError for other cells.
 EdgeOperator<double> tetrahedral_stiffness(const Mesh& mesh, std::shared_ptr<const EdgeGraph> graph);
 

@@ -8,19 +8,16 @@
 // Source: Hestenes & Stiefel 1952; the masking is section 4.1 of Kim & Rossignac.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <string_view>
 
 #include "beltrami/framework/progress.hpp"
 #include "beltrami/framework/types.hpp"
+#include "beltrami/operators/linear_operator.hpp"
 #include "beltrami/solvers/linear_summary.hpp"
 
 namespace beltrami {
-
-/// y = A u for n x k blocks.
-using Product = std::function<void(const Block& u, Block& y)>;
 
 struct CgOptions {
     double tolerance = 1e-10;  ///< in `norm`

@@ -62,13 +62,14 @@ void LinearSolverOptions::check() const {
     }
 }
 
-LinearSolver::LinearSolver(PdeOperator A, LinearSolverOptions options)
+LinearSolver::LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolverOptions options)
     : A_(std::move(A)),
+      product_(A_->product()),
       options_(options),
-      diagonal_(A_.diagonal()),
-      inverse_diagonal_(Vector::Ones(A_.rows())) {
+      diagonal_(A_->diagonal()),
+      inverse_diagonal_(Vector::Ones(A_->rows())) {
     options_.check();
-    for (Index i = 0; i < A_.rows(); ++i) {
+    for (Index i = 0; i < A_->rows(); ++i) {
         if (!std::isfinite(diagonal_[i]) || diagonal_[i] < 0.0) {
             throw SolveError(
                 fmt::format("the operator has {} on its diagonal", diagonal_[i]),
@@ -81,7 +82,7 @@ LinearSolver::LinearSolver(PdeOperator A, LinearSolverOptions options)
         }
     }
     if (options_.norm == StoppingNorm::automatic) {
-        options_.norm = A_.order() >= 2 ? StoppingNorm::energy_error : StoppingNorm::scaled_residual;
+        options_.norm = A_->order() >= 2 ? StoppingNorm::energy_error : StoppingNorm::scaled_residual;
     }
 }
 
@@ -90,12 +91,14 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
     if (options_.kind == SolverKind::cholesky) return {SolverKind::cholesky, "asked for"};
 
     const double n = std::max<Index>(unknowns, 1);
-    const bool bilaplacian = A_.order() >= 2;
-    const bool solid = is_solid(A_.laplacian().graph());
+    const bool bilaplacian = A_->order() >= 2;
+    const bool solid = is_solid(A_->graph());
 
     // Entries of the factor: n log n on surfaces, n^(4/3) in solids (nested dissection).
     const double growth = std::log(std::max(n, 10.0)) / std::log(size_of_measurement);
-    const double per_vertex = (bilaplacian ? fill_bilaplacian : fill_surface) *
+    // Where a vertex has two numbers, an entry of the factor is a block of two by two.
+    const double block = A_->rows() / std::max<double>(1.0, A_->graph().vertex_count());
+    const double per_vertex = block * (bilaplacian ? fill_bilaplacian : fill_surface) *
                               (solid ? std::max(1.0, 4.0 * std::cbrt(n / 1e4)) : growth);
     const double factor_bytes = 8.0 * n * per_vertex;
     if (factor_bytes > 0.5 * physical_memory()) {
@@ -107,7 +110,7 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
     }
 
     // With P = diag(A): lambda_max(P^-1 A) is near 2, and the mass term alone bounds lambda_min from below.
-    const double mass = A_.sigma() * A_.laplacian().mass().sum();
+    const double mass = A_->total_mass();
     const double smallest = mass / std::max(diagonal_.sum(), std::numeric_limits<double>::min());
     const double digits = std::log(2.0 / options_.tolerance);
     const double by_condition = 0.5 * std::sqrt(2.0 / std::max(smallest, 1e-30)) * digits;
@@ -115,11 +118,11 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
     const double iterations = std::min(by_condition, by_size);
 
     const double solves = options_.expected_solves;
-    const double cg = solves * iterations * cg_step * columns;
+    const double cg = solves * iterations * cg_step * block * columns;
     const double factor = factor_surface * (solid ? per_vertex * per_vertex / (fill_surface * fill_surface)
-                                                  : std::pow(n / size_of_measurement, 0.3));
+                                                  : block * block * std::pow(n / size_of_measurement, 0.3));
     const double direct =
-        factor + solves * direct_solve * columns * (solid ? per_vertex / fill_surface : 1.0);
+        factor + solves * direct_solve * columns * (solid ? per_vertex / fill_surface : block);
     if (cg < direct) {
         return {SolverKind::cg,
                 fmt::format("about {:.0f} iterations for each of {} solves cost less than a factor",
@@ -130,8 +133,8 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
 }
 
 LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block& x) {
-    if (b.rows() != A_.rows() || x.rows() != A_.rows() || x.cols() != b.cols()) {
-        throw InputError(fmt::format("a solve of {} vertices got b of {} x {} and x of {} x {}", A_.rows(),
+    if (b.rows() != A_->rows() || x.rows() != A_->rows() || x.cols() != b.cols()) {
+        throw InputError(fmt::format("a solve of {} vertices got b of {} x {} and x of {} x {}", A_->rows(),
                                      b.rows(), b.cols(), x.rows(), x.cols()),
                          "give both one row a vertex and the same columns");
     }
@@ -140,7 +143,7 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
             fmt::format("constraints of {} columns for a right-hand side of {}", held.columns(), b.cols()),
             "make both of the same width");
     }
-    held.check_range(A_.rows());
+    held.check_range(A_->rows());
     held.impose(x);
     if (!b.allFinite() || !x.allFinite()) {
         throw InputError("the load or the start of a solve has a number that is not finite",
@@ -152,7 +155,7 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     }
     std::sort(masked.begin(), masked.end());
 
-    const auto unknowns = static_cast<Index>(A_.rows() - static_cast<Index>(masked.size()));
+    const auto unknowns = static_cast<Index>(A_->rows() - static_cast<Index>(masked.size()));
     const Choice choice = choose(unknowns, static_cast<Index>(b.cols()));
     LinearSummary summary =
         choice.kind == SolverKind::cg ? solve_cg(b, masked, x) : solve_cholesky(b, masked, x);
@@ -166,7 +169,6 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
 
 LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& held, Block& x) {
     const Stopwatch watch;
-    const Product product = [&](const Block& u, Block& y) { A_.apply(u, y, workspace_); };
     CgOptions options;
     options.tolerance = options_.tolerance;
     options.norm = options_.norm;
@@ -178,7 +180,7 @@ LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& h
     summary.norm = options_.norm;
     // The recurrence can fall below the true residual: start again from x until they agree.
     for (int start = 0; start < 3; ++start) {
-        const CgResult result = conjugate_gradients(product, inverse_diagonal_, held, b, x, options);
+        const CgResult result = conjugate_gradients(product_, inverse_diagonal_, held, b, x, options);
         options.max_iterations -= result.iterations;
         summary.iterations += result.iterations;
         summary.products += result.products;
@@ -198,12 +200,12 @@ LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& h
 
 void LinearSolver::factor(const std::vector<Index>& held) {
     factor_.reset();
-    if (matrix_.rows() == 0) matrix_ = A_.to_sparse();
-    std::vector<Index> row_of_vertex(static_cast<std::size_t>(A_.rows()), 0);
+    if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
+    std::vector<Index> row_of_vertex(static_cast<std::size_t>(A_->rows()), 0);
     for (const Index v : held)
         row_of_vertex[static_cast<std::size_t>(v)] = -1;
     free_.clear();
-    for (Index v = 0; v < A_.rows(); ++v) {
+    for (Index v = 0; v < A_->rows(); ++v) {
         Index& row = row_of_vertex[static_cast<std::size_t>(v)];
         if (row < 0) continue;
         row = static_cast<Index>(free_.size());
@@ -229,9 +231,9 @@ void LinearSolver::factor(const std::vector<Index>& held) {
 LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x) {
     LinearSummary summary;
     summary.solver = "cholesky";
-    summary.norm = A_.order() >= 2 ? StoppingNorm::refinement : StoppingNorm::scaled_residual;
+    summary.norm = A_->order() >= 2 ? StoppingNorm::refinement : StoppingNorm::scaled_residual;
     summary.reason = StopReason::converged;
-    if (static_cast<Index>(held.size()) == A_.rows() || b.cols() == 0) return summary;
+    if (static_cast<Index>(held.size()) == A_->rows() || b.cols() == 0) return summary;
 
     const Stopwatch setup;
     if (!factor_ || factored_held_ != held) {
@@ -244,19 +246,18 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
     summary.setup_seconds = setup.seconds();
 
     const Stopwatch watch;
-    const Product product = [&](const Block& u, Block& y) { A_.apply(u, y, workspace_); };
     const auto n = static_cast<Eigen::Index>(free_.size());
     Block r;
     Block r_free(n, b.cols());
     Block correction;
     // The first pass solves for the whole change from the start; each later one refines with the matrix-free residual.
     // For K D K the residual says little, so there the size of the last refinement is the error.
-    masked_residual(product, held, b, x, r);
+    masked_residual(product_, held, b, x, r);
     ++summary.products;
-    const auto zero = zero_start(product, held, b, x);
+    const auto zero = zero_start(product_, held, b, x);
     summary.products += zero ? 1 : 0;
     const Vector load = column_norms(zero ? zero->r : r, inverse_diagonal_);
-    const bool bilaplacian = A_.order() >= 2;
+    const bool bilaplacian = A_->order() >= 2;
     constexpr int most_passes = 8;
     double last = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < most_passes; ++pass) {
@@ -265,7 +266,7 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
         factor_->solve(r_free, correction);
         for (Eigen::Index v = 0; v < n; ++v)
             x.row(free_[static_cast<std::size_t>(v)]) += correction.row(v);
-        masked_residual(product, held, b, x, r);
+        masked_residual(product_, held, b, x, r);
         ++summary.products;
         summary.relative_residual = worst_ratio(column_norms(r, inverse_diagonal_), load);
         const double change = pass == 0 ? 0.0
@@ -292,7 +293,7 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
 
 void LinearSolver::reaction(const Block& b, const Block& x, const Constraints& held, Block& f) const {
     Block residual;
-    A_.apply(x, residual);
+    A_->apply(x, residual);
     residual -= b;
     f = Block::Zero(x.rows(), x.cols());
     for (const Index v : held.vertices())

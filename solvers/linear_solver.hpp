@@ -1,4 +1,4 @@
-// A x = b for a PdeOperator, with held vertices: chooses conjugate gradients or Cholesky, and says why.
+// A x = b for a PdeOperator or any other LinearOperator, with held vertices: chooses conjugate gradients or Cholesky, and says why.
 //
 //     LinearSolver solver(A, {.tolerance = 1e-10});
 //     Constraints held{{120, 0.0}, {8999, 1.0}};
@@ -6,14 +6,16 @@
 //     held.fix(42, 0.5);
 //     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the factor
 //
-// Everything here is in the working order of the operator's Laplacian. Vertices whose row of A is zero (isolated ones)
-// keep what x has. A factor is kept while the set of held vertices stays the same; their values may change freely.
+// Everything here is in the working order of the operator's Laplacian, and a vertex is a row of A: the real form of a
+// complex operator has two for each of the mesh. Vertices whose row of A is zero (isolated ones) keep what x has. A factor is kept while the set of held vertices stays the same; their values may change freely.
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "beltrami/framework/constraints.hpp"
@@ -46,7 +48,11 @@ struct LinearSolverOptions {
 
 class LinearSolver {
   public:
-    explicit LinearSolver(PdeOperator A, LinearSolverOptions options = {});
+    explicit LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolverOptions options = {});
+    /// From an operator itself.
+    template <std::derived_from<LinearOperator> Operator>
+    explicit LinearSolver(Operator A, LinearSolverOptions options = {})
+        : LinearSolver(std::make_shared<const Operator>(std::move(A)), options) {}
 
     /// b: n x k. x: n x k; the free rows are the start (used by both solvers), the held rows are set to the
     /// constraints' values. Held vertices' rows of b are not used. Throws InputError for wrong shapes, numbers that
@@ -54,7 +60,7 @@ class LinearSolver {
     /// that does not converge returns with converged = false and the last iterate in x: see require_converged().
     [[nodiscard]] LinearSummary solve(const Block& b, const Constraints& held, Block& x);
 
-    [[nodiscard]] const PdeOperator& op() const { return A_; }
+    [[nodiscard]] const LinearOperator& op() const { return *A_; }
 
     /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of Kim &
     /// Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over each component.
@@ -70,12 +76,12 @@ class LinearSolver {
     LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
     LinearSummary solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x);
 
-    PdeOperator A_;
+    std::shared_ptr<const LinearOperator> A_;
+    Product product_;
     LinearSolverOptions options_;
     Vector diagonal_;
     Vector inverse_diagonal_;  // 1 for empty rows
     std::vector<Index> empty_rows_;
-    PdeOperator::Workspace workspace_;
 
     Eigen::SparseMatrix<double> matrix_;  // assembled once, when a factor is first wanted
     std::optional<Cholesky> factor_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "beltrami/apps/picture/arrows.hpp"
 #include "beltrami/apps/picture/camera.hpp"
 #include "beltrami/apps/picture/lettering.hpp"
 #include "beltrami/apps/picture/rasterizer.hpp"
@@ -168,56 +169,114 @@ double radius_for(const Mesh& mesh, const Shape& shape, int width, int height) {
     return std::clamp(1.15 * std::sqrt(0.5 * width * height / count), line, size / 45.0);
 }
 
+/// A picture being made: the title and the bar are in place, the mesh fills the rest.
+class Page {
+  public:
+    Page(const Mesh& mesh, Shape shape, const std::optional<ColourScale>& scale,
+         const PictureOptions& options)
+        : shape_(std::move(shape)),
+          camera_(camera_from(options.view, options.up)),
+          edges_(options.edges),
+          whole_(blank_image(options.width, options.height)),
+          width_(options.width) {
+        // Title above and bar beside the drawing, where they leave it most of the picture.
+        const double font = std::max(9.0, std::min(options.width, options.height) / 40.0);
+        if (!options.title.empty()) {
+            const Image title = draw_title(options.title, options.width, 1.15 * font);
+            if (4 * title.height <= options.height) {
+                place(title, whole_, 0, 0);
+                top_ = title.height;
+            }
+        }
+        height_ = options.height - top_;
+        if (scale && options.bar && height_ >= 10.0 * font) {
+            const Image bar = draw_colour_bar(*scale, height_, font);
+            if (3 * bar.width <= options.width) {
+                width_ -= bar.width;
+                place(bar, whole_, width_, top_);
+            }
+        }
+        radius_ = radius_for(mesh, shape_, width_, height_);
+        const double margin = 0.05 * std::min(width_, height_) + (shape_.capsules.rows() > 0 ? radius_ : 0.0);
+        positions_ = fit(mesh.points(), shape_.vertices, camera_, width_, height_, margin);
+        if (shape_.triangles.rows() > 0 && seen_from_the_side(positions_, shape_.triangles, shape_.vertices))
+            to_edges(shape_);
+    }
+
+    /// Vectors (n x 3) at a part of the vertices. Returns the colours of all points there are then.
+    Block add_arrows(const Block& vectors, const std::vector<Index>& given, const ColourScale& scale) {
+        Eigen::Matrix3d turn;
+        turn << camera_.right.transpose(), -camera_.up.transpose(), camera_.toward.transpose();
+        const Block seen = vectors * turn.transpose();
+        const double spacing = std::max(6.0, std::min(width_, height_) / 26.0);
+        Arrows added = arrows(positions_, shape_.vertices, seen, given, scale, spacing, 0.1 * spacing);
+        const Eigen::Index n = positions_.rows();
+        const Eigen::Index more = added.ends.rows();
+        Block colours(n + more, 3);
+        colours.topRows(n).rowwise() = Eigen::RowVector3d(0.86, 0.87, 0.89);
+        colours.bottomRows(more) = added.colours;
+        positions_.conservativeResize(n + more, 3);
+        positions_.bottomRows(more) = added.ends;
+        added.rods.array() += static_cast<Index>(n);
+        const Eigen::Index before = shape_.capsules.rows();
+        shape_.capsules.conservativeResize(before + added.rods.rows(), 2);
+        shape_.capsules.bottomRows(added.rods.rows()) = added.rods;
+        return colours;
+    }
+
+    Image draw(const Paint& paint, float contrast) {
+        const double edge_width = edges_ ? std::max(1.0, std::min(width_, height_) / 800.0) : 0.0;
+        std::vector<CornerNormals> normals = corner_normals(positions_, shape_.triangles);
+        const Scene scene{positions_, shape_.triangles, std::move(normals),
+                          edge_width, shape_.capsules,  radius_,
+                          paint,      contrast};
+        place(rasterize(scene, width_, height_), whole_, 0, top_);
+        return whole_;
+    }
+
+  private:
+    Shape shape_;
+    Camera camera_;
+    bool edges_;
+    Image whole_;
+    int top_ = 0;
+    int width_;
+    int height_ = 0;
+    double radius_ = 0.0;
+    Points positions_;
+};
+
 }  // namespace
 
 Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) {
     check(mesh, field, options);
-    const Camera camera = camera_from(options.view, options.up);
-    Shape shape = shape_of(mesh);
+    const Shape shape = shape_of(mesh);
     std::optional<ColourScale> scale;
     if (field != nullptr && field->cols() == 1) scale = scale_of(*field, shape.vertices, options);
-
-    // Title above and bar beside the drawing, where they leave it most of the picture.
-    Image whole = blank_image(options.width, options.height);
-    const double font = std::max(9.0, std::min(options.width, options.height) / 40.0);
-    int top = 0;
-    int width = options.width;
-    if (!options.title.empty()) {
-        const Image title = draw_title(options.title, options.width, 1.15 * font);
-        if (4 * title.height <= options.height) {
-            place(title, whole, 0, 0);
-            top = title.height;
-        }
-    }
-    const int height = options.height - top;
-    if (scale && options.bar && height >= 10.0 * font) {
-        const Image bar = draw_colour_bar(*scale, height, font);
-        if (3 * bar.width <= options.width) {
-            width -= bar.width;
-            place(bar, whole, width, top);
-        }
-    }
-
-    const double radius = radius_for(mesh, shape, width, height);
-    const double margin = 0.05 * std::min(width, height) + (shape.capsules.rows() > 0 ? radius : 0.0);
-    const Points positions = fit(mesh.points(), shape.vertices, camera, width, height, margin);
-    if (shape.triangles.rows() > 0 && seen_from_the_side(positions, shape.triangles, shape.vertices))
-        to_edges(shape);
     const Paint paint = paint_for(field, scale, shape.capsules.rows() > 0);
-    const double edge_width = options.edges ? std::max(1.0, std::min(width, height) / 800.0) : 0.0;
-    std::vector<CornerNormals> normals = corner_normals(positions, shape.triangles);
+    Page page(mesh, shape, scale, options);
     // Light must not be taken for a change of the values.
-    const float contrast = field == nullptr ? 0.6F : 0.4F;
-    const Scene scene{positions,
-                      std::move(shape.triangles),
-                      std::move(normals),
-                      edge_width,
-                      std::move(shape.capsules),
-                      radius,
-                      paint,
-                      contrast};
-    place(rasterize(scene, width, height), whole, 0, top);
-    return whole;
+    return page.draw(paint, field == nullptr ? 0.6F : 0.4F);
+}
+
+Image draw_vectors(const Mesh& mesh, const Block& vectors, const std::vector<Index>& given,
+                   const PictureOptions& options) {
+    check(mesh, &vectors, options);
+    if (vectors.cols() != 3) {
+        throw InputError(fmt::format("vectors of {} columns cannot be drawn", vectors.cols()),
+                         "give three numbers a vertex");
+    }
+    for (const Index v : given) {
+        if (v >= 0 && v < mesh.vertex_count()) continue;
+        throw InputError(fmt::format("there is no vertex {}", v), "give vertices of the mesh");
+    }
+    const Shape shape = shape_of(mesh);
+    const Block lengths = vectors.rowwise().norm();
+    const std::optional<ColourScale> scale = scale_of(lengths, shape.vertices, options);
+    Page page(mesh, shape, scale, options);
+    if (!scale) return page.draw(Paint::plain(no_value_colour), 0.6F);
+    const Paint paint = Paint::colours(page.add_arrows(vectors, given, *scale));
+    return page.draw(paint, 0.6F);
 }
 
 Image side_by_side(const std::vector<Image>& images, int columns) {

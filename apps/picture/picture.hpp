@@ -44,6 +44,12 @@ struct PictureOptions {
 /// bytes, whatever the number of threads.
 Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options = {});
 
+/// A mesh in grey with arrows for the vectors (n x 3) at as many vertices as there is room for, of the colour of their
+/// length in the scale, and larger red ones at the vertices `given`; none where a vector is not finite. Throws as
+/// draw(), and InputError for vectors of other than three columns and a vertex out of range.
+Image draw_vectors(const Mesh& mesh, const Block& vectors, const std::vector<Index>& given,
+                   const PictureOptions& options = {});
+
 /// Images row by row in so many columns, each in the middle of a tile as large as the largest needs. Throws
 /// InputError for no images, no columns, and more than 32767 pixels in either direction.
 Image side_by_side(const std::vector<Image>& images, int columns);

@@ -31,10 +31,11 @@ void check_path(const ContactPath& path, const SurfaceSearch& surface, double re
         }
         const SurfacePoint hit = surface.closest(w.point);
         if (hit.distance > reach) {
-            throw InputError(fmt::format("{} the path leaves the surface: ({:g}, {:g}, {:g}) is {:.3g} away from it, more "
-                                         "than {:.3g}",
-                                         w.place, w.point.x(), w.point.y(), w.point.z(), hit.distance, reach),
-                             "give points of the undeformed surface; the displacement says how far they are moved");
+            throw InputError(
+                fmt::format("{} the path leaves the surface: ({:g}, {:g}, {:g}) is {:.3g} away from it, more "
+                            "than {:.3g}",
+                            w.place, w.point.x(), w.point.y(), w.point.z(), hit.distance, reach),
+                "give points of the undeformed surface; the displacement says how far they are moved");
         }
     }
 }
@@ -71,8 +72,8 @@ double least_seconds(const Laplacian& laplacian, const PokeOptions& options, con
         Hold moved = hold;
         for (double& value : moved.value)
             value += 1e-3;
-        least = std::min(least,
-                         motion.advance(std::array{moved}, LocalIntegrator::Clock::time_point::min()).seconds);
+        least = std::min(
+            least, motion.advance(std::array{moved}, LocalIntegrator::Clock::time_point::min()).seconds);
     }
     return least;
 }
@@ -84,7 +85,11 @@ Pde skin_of(const Mesh& mesh) {
     const double length = 0.02 * diagonal_of(mesh);
     const double l2 = length * length;
     const double w2 = omega * omega;
-    return {.alpha = 1.0, .beta_1 = omega, .beta_2 = 0.0, .gamma = {0.2 * w2 * l2, w2 * l2 * l2}, .foundation = w2};
+    return {.alpha = 1.0,
+            .beta_1 = omega,
+            .beta_2 = 0.0,
+            .gamma = {0.2 * w2 * l2, w2 * l2 * l2},
+            .foundation = w2};
 }
 
 PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<ContactPath>& paths,
@@ -134,8 +139,8 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         const double least = least_seconds(laplacian, options, place_contacts(start).front());
         if (least > dt) {
             throw InputError(
-                fmt::format("{:g} steps per second cannot be met: the smallest step takes {:.2g} s here", options.rate,
-                            least),
+                fmt::format("{:g} steps per second cannot be met: the smallest step takes {:.2g} s here",
+                            options.rate, least),
                 fmt::format("lower the rate below {:.2g}, or do without real time", 1.0 / least));
         }
     }
@@ -175,7 +180,8 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         result.iterations += local.iterations;
         scale = std::max(scale, local.scale);
         result.error_bound = scale > 0.0 ? local.error_bound / scale : 0.0;
-        if (options.on_step) options.on_step({step, static_cast<int>(steps), time, local, lag, contacts, motion});
+        if (options.on_step)
+            options.on_step({step, static_cast<int>(steps), time, local, lag, contacts, motion});
         result.at_rest = motion.domain().empty();
         if (!options.time && time > end && result.at_rest) break;
     }

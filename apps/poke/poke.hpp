@@ -51,9 +51,9 @@ struct PokeOptions {
 
 struct ContactState {
     bool touching = false;
-    SurfacePoint at;                        ///< vertices in the user's order
+    SurfacePoint at;  ///< vertices in the user's order
     Vector3 displacement = Vector3::Zero();
-    Vector3 force = Vector3::Zero();        ///< that the contact exerts, in units of K~ u
+    Vector3 force = Vector3::Zero();  ///< that the contact exerts, in units of K~ u
 };
 
 struct PokeStep {

@@ -35,10 +35,12 @@ int run_program(int argc, char** argv) {
     add_heat(program, run);
     add_wave(program, run);
     add_interpolate(program, run);
+    add_vectors(program, run);
     add_poisson(program, run);
     add_curvature(program, run);
     add_fair(program, run);
     add_membrane(program, run);
+    add_poke(program, run);
     try {
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0) {

@@ -1,7 +1,6 @@
 #include "region.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iterator>
 #include <numeric>
 
@@ -13,16 +12,9 @@ namespace {
 
 std::vector<Index> read_numbers(const std::filesystem::path& path, Index vertex_count) {
     constexpr const char* hint = "write vertex numbers, one a line or parted by commas";
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw InputError(fmt::format("{} cannot be read", path.string()), hint);
     std::vector<Index> vertices;
-    std::string line;
     bool header = false;  // one line of names may come first
-    for (int number = 1; std::getline(file, line); ++number) {
-        std::string_view text = line;
-        if (number == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte-order mark
-        text = trimmed(text.substr(0, text.find('#')));
+    for_each_line(path, hint, [&](const std::string& place, std::string_view text) {
         while (!text.empty()) {
             const std::string_view word = text.substr(0, text.find_first_of(", ;\t"));
             text.remove_prefix(std::min(text.size(), word.size() + 1));
@@ -31,20 +23,19 @@ std::vector<Index> read_numbers(const std::filesystem::path& path, Index vertex_
             if (!parse(word, vertex)) {
                 if (vertices.empty() && !header) {
                     header = true;
-                    break;
+                    return;
                 }
-                throw InputError(
-                    fmt::format("{}, line {}: '{}' is not a vertex number", path.string(), number, word),
-                    hint);
+                throw InputError(fmt::format("{} holds '{}', which is not a vertex number", place, word),
+                                 hint);
             }
             if (vertex < 0 || vertex >= vertex_count) {
-                throw InputError(fmt::format("{}, line {}, names vertex {}, but the vertices are 0 to {}",
-                                             path.string(), number, vertex, vertex_count - 1),
+                throw InputError(fmt::format("{} names vertex {}, but the vertices are 0 to {}", place,
+                                             vertex, vertex_count - 1),
                                  "vertex numbers are those of the file, from 0");
             }
             vertices.push_back(vertex);
         }
-    }
+    });
     if (vertices.empty()) throw InputError(fmt::format("{} names no vertices", path.string()), hint);
     return vertices;
 }

@@ -133,9 +133,11 @@ void add_info(CLI::App& program, Run& run);
 void add_heat(CLI::App& program, Run& run);
 void add_wave(CLI::App& program, Run& run);
 void add_interpolate(CLI::App& program, Run& run);
+void add_vectors(CLI::App& program, Run& run);
 void add_poisson(CLI::App& program, Run& run);
 void add_curvature(CLI::App& program, Run& run);
 void add_fair(CLI::App& program, Run& run);
 void add_membrane(CLI::App& program, Run& run);
+void add_poke(CLI::App& program, Run& run);
 
 }  // namespace beltrami::program

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <string_view>
 #include <utility>
 
@@ -12,20 +11,6 @@
 namespace beltrami::program {
 
 namespace {
-
-// Numbers parted by commas; empty where one of them is not a number.
-std::vector<double> parse_numbers(std::string_view text) {
-    std::vector<double> numbers;
-    for (bool more = true; more;) {
-        const auto comma = text.find(',');
-        more = comma != std::string_view::npos;
-        double number = 0.0;
-        if (!parse(text.substr(0, comma), number)) return {};
-        numbers.push_back(number);
-        if (more) text.remove_prefix(comma + 1);
-    }
-    return numbers;
-}
 
 class Collector {
   public:
@@ -61,36 +46,27 @@ class Collector {
 };
 
 void read_csv(const std::filesystem::path& path, Collector& collector) {
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path)) {
-        throw InputError(fmt::format("{} cannot be read", path.string()),
-                         "give a CSV file with rows vertex,x[,y,z]");
-    }
-    std::string line;
     bool any = false;
     bool header = false;  // one line of names may come first
-    for (int number = 1; std::getline(file, line); ++number) {
-        std::string_view text = trimmed(line);
-        if (number == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte-order mark
-        if (text.empty() || text.front() == '#') continue;
-        const std::string place = fmt::format("{}, line {},", path.string(), number);
-        const auto comma = text.find(',');
-        Index vertex = 0;
-        const bool has_vertex = parse(text.substr(0, comma), vertex);
-        if (!has_vertex && !any && !header) {
-            header = true;
-            continue;
-        }
-        const std::vector<double> value = has_vertex && comma != std::string_view::npos
-                                              ? parse_numbers(text.substr(comma + 1))
-                                              : std::vector<double>{};
-        if (value.empty()) {
-            throw InputError(fmt::format("{} is not vertex,x[,y,z]: '{}'", place, text),
-                             "write a vertex number and its values, parted by commas");
-        }
-        collector.add(place, vertex, value);
-        any = true;
-    }
+    for_each_line(path, "give a CSV file with rows vertex,x[,y,z]",
+                  [&](const std::string& place, std::string_view text) {
+                      const auto comma = text.find(',');
+                      Index vertex = 0;
+                      const bool has_vertex = parse(text.substr(0, comma), vertex);
+                      if (!has_vertex && !any && !header) {
+                          header = true;
+                          return;
+                      }
+                      const std::vector<double> value = has_vertex && comma != std::string_view::npos
+                                                            ? parse_numbers(text.substr(comma + 1))
+                                                            : std::vector<double>{};
+                      if (value.empty()) {
+                          throw InputError(fmt::format("{} is not vertex,x[,y,z]: '{}'", place, text),
+                                           "write a vertex number and its values, parted by commas");
+                      }
+                      collector.add(place, vertex, value);
+                      any = true;
+                  });
     if (!any) throw InputError(fmt::format("{} holds no values", path.string()), "write rows vertex,x[,y,z]");
 }
 

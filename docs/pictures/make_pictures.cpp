@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -87,6 +89,39 @@ Image figure_8() {
     return side_by_side(images, 3);
 }
 
+// A vector field from four vectors, as in Figure 11 of Kim & Rossignac.
+Image figure_11() {
+    const Mesh bunny = read_mesh("/usr/share/glmark2/models/bunny.obj");
+    const Laplacian laplacian(bunny);
+    Constraints fixed(3);
+    const auto fix = [&](const Vector3& place, const std::array<double, 3>& vector) {
+        fixed.fix(nearest_vertex(bunny, place), vector);
+    };
+    fix({-0.62, 0.42, 0.42}, {0.3, -1.0, 0.0});
+    fix({0.45, -0.35, 0.7}, {1.0, 0.0, 0.0});
+    fix({-0.2, -0.3, 0.6}, {0.0, -1.0, 0.0});
+    fix({1.0, -0.6, 0.0}, {0.0, 1.0, 0.0});
+
+    const std::vector<std::pair<std::string, VectorsOptions>> cases = {
+        {"coordinates", {.method = VectorMethod::coordinates, .bilaplacian = 0.05}},
+        {"connection, lengths solved", {.lengths = VectorLengths::solved, .bilaplacian = 0.05}},
+        {"connection, lengths interpolated", {.bilaplacian = 0.05}},
+    };
+    std::vector<Image> images;
+    for (const auto& [title, options] : cases) {
+        const VectorsResult result = vectors(bunny, laplacian, fixed, options);
+        Block length = result.vectors.rowwise().norm();
+        std::nth_element(length.data(), length.data() + length.size() / 2, length.data() + length.size());
+        PictureOptions picture{.width = 640, .height = 560};
+        picture.title = fmt::format("{}: median length {:.2f}", title, length(length.size() / 2, 0));
+        picture.range = {0.0, 1.2};
+        images.push_back(draw_vectors(bunny, result.vectors, fixed.vertices(), picture));
+        fmt::print("figure 11, {}, {} singularities, sum {}, {:.0f} degrees off\n", picture.title,
+                   result.singularities.list.size(), result.singularities.index_sum, result.largest_tilt);
+    }
+    return side_by_side(images, 3);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -94,6 +129,7 @@ int main(int argc, char** argv) {
         const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
         write_picture(folder / "overview.png", overview());
         write_picture(folder / "figure_8.png", figure_8());
+        write_picture(folder / "figure_11.png", figure_11());
     } catch (const Error& error) {
         fmt::print(stderr, "error: {}\nhint: {}\n", error.what(), error.hint());
         return error.exit_status();

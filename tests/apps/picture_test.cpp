@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "beltrami/apps/picture/camera.hpp"
@@ -417,6 +418,99 @@ TEST(Camera, NamedViews) {
     EXPECT_EQ(camera_from("top", "z").toward, Vector3::UnitZ());
     EXPECT_EQ(camera_from("top", "z").up, Vector3::UnitY());
     EXPECT_EQ(camera_from("0,2,0", "y").up, camera_from("top", "y").up);
+}
+
+// Where the red arrows of given vectors are: left, top, right, bottom.
+std::array<int, 4> red(const Image& image) {
+    std::array<int, 4> box{image.width, image.height, -1, -1};
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const Pixel p = pixel(image, x, y);
+            if (p[0] < 120 || p[1] > p[0] / 2 || p[2] > p[0] / 2) continue;
+            box = {std::min(box[0], x), std::min(box[1], y), std::max(box[2], x), std::max(box[3], y)};
+        }
+    }
+    return box;
+}
+
+TEST(DrawVectors, ArrowsLieAlongTheirVectors) {
+    const Index middle = 40;
+    for (const bool upward : {false, true}) {
+        const Vector3 vector = upward ? Vector3::UnitY() : Vector3::UnitX();
+        const Block field = vector.transpose().replicate(square().vertex_count(), 1);
+        const Image image = draw_vectors(square(), field, {middle}, small);
+        const auto [left, top, right, bottom] = red(image);
+        ASSERT_GE(right, 0);
+        const int along = upward ? bottom - top : right - left;
+        const int across = upward ? right - left : bottom - top;
+        EXPECT_GT(along, 2 * across);
+        EXPECT_NEAR(0.5 * (left + right), 100.0, 3.0) << "the middle of the picture";
+        EXPECT_NEAR(0.5 * (top + bottom), 80.0, 3.0);
+        // The barbs are at the tip.
+        const auto count_red = [&](int x0, int y0, int x1, int y1) {
+            int count = 0;
+            for (int y = y0; y <= y1; ++y) {
+                for (int x = x0; x <= x1; ++x)
+                    count += pixel(image, x, y)[1] < pixel(image, x, y)[0] / 2 ? 1 : 0;
+            }
+            return count;
+        };
+        const int x = (left + right) / 2;
+        const int y = (top + bottom) / 2;
+        if (upward) {
+            EXPECT_GT(count_red(left, top, right, y), count_red(left, y, right, bottom));
+        } else {
+            EXPECT_GT(count_red(x, top, right, bottom), count_red(left, top, x, bottom));
+        }
+    }
+}
+
+TEST(DrawVectors, WhatIsBehindTheSurfaceIsHidden) {
+    const Mesh sphere = shapes::icosphere(4);
+    const Block field = Vector3::UnitX().transpose().replicate(sphere.vertex_count(), 1);
+    Index front = 0;
+    Index back = 0;
+    sphere.points().col(2).maxCoeff(&front);
+    sphere.points().col(2).minCoeff(&back);
+    EXPECT_GE(red(draw_vectors(sphere, field, {front}, small))[2], 0);
+    EXPECT_LT(red(draw_vectors(sphere, field, {back}, small))[2], 0);
+    EXPECT_NE(draw_vectors(sphere, field, {back}, small).rgb, draw(sphere, nullptr, small).rgb)
+        << "but there are other arrows";
+}
+
+TEST(DrawVectors, ColoursAreThoseOfTheLengths) {
+    Block field = Block::Zero(square().vertex_count(), 3);
+    field.col(0).setConstant(2.0);
+    PictureOptions options = small;
+    options.range = {0.0, 2.0};
+    const Image bright = draw_vectors(square(), field, {}, options);
+    options.range = {2.0, 4.0};
+    const Image dark = draw_vectors(square(), field, {}, options);
+    const auto total = [](const Image& image) {
+        return std::accumulate(image.rgb.begin(), image.rgb.end(), 0L);
+    };
+    EXPECT_GT(total(bright), total(dark)) << "the end of the map is yellow, its start violet";
+}
+
+TEST(DrawVectors, TakesZerosNansAndAnyMesh) {
+    Block field = Block::Zero(square().vertex_count(), 3);
+    EXPECT_FALSE(is_blank(draw_vectors(square(), field, {3}, small)));
+    field.setConstant(nan);
+    EXPECT_LT(red(draw_vectors(square(), field, {3}, small))[2], 0);
+    field.row(3).setConstant(1.0);
+    EXPECT_FALSE(is_blank(draw_vectors(square(), field, {3, 4}, small)));
+    for (const Mesh& mesh : {shapes::circle(12), shapes::tetrahedral_cube(2), Mesh(square().points())}) {
+        const Image image = draw_vectors(mesh, Block::Ones(mesh.vertex_count(), 3), {}, small);
+        EXPECT_NE(image.rgb, draw(mesh, nullptr, small).rgb);
+    }
+}
+
+TEST(DrawVectors, RefusesOtherShapesAndVertices) {
+    const Index n = square().vertex_count();
+    EXPECT_NE(complaint([&] { draw_vectors(square(), Block::Zero(n, 1), {}); }), "none");
+    EXPECT_NE(complaint([&] { draw_vectors(square(), Block::Zero(n - 1, 3), {}); }), "none");
+    EXPECT_NE(complaint([&] { draw_vectors(square(), Block::Zero(n, 3), {n}); }), "none");
+    EXPECT_NE(complaint([&] { draw_vectors(square(), Block::Zero(n, 3), {-1}); }), "none");
 }
 
 }  // namespace

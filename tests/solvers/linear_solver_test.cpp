@@ -21,7 +21,7 @@ struct Reference {
     Block x;
     Block reaction;
 };
-Reference by_schur_complement(const PdeOperator& A, const Block& b, const Constraints& held) {
+Reference by_schur_complement(const LinearOperator& A, const Block& b, const Constraints& held) {
     const Eigen::MatrixXd matrix = dense(A.to_sparse());
     const std::vector<Index>& c = held.vertices();
     std::vector<Index> f;
