@@ -112,7 +112,7 @@ Image figure_11() {
         const VectorsResult result = vectors(bunny, laplacian, fixed, options);
         Block length = result.vectors.rowwise().norm();
         std::nth_element(length.data(), length.data() + length.size() / 2, length.data() + length.size());
-        PictureOptions picture{.width = 640, .height = 560};
+        PictureOptions picture{.width = 560, .height = 490};
         picture.title = fmt::format("{}: median length {:.2f}", title, length(length.size() / 2, 0));
         picture.range = {0.0, 1.2};
         images.push_back(draw_vectors(bunny, result.vectors, fixed.vertices(), picture));

@@ -1,5 +1,7 @@
 #include "beltrami/apps/vectors/vectors.hpp"
 
+#include <gtest/gtest.h>
+
 #include <array>
 #include <limits>
 

@@ -1,5 +1,7 @@
 #include "beltrami/operators/connection_laplacian.hpp"
 
+#include <gtest/gtest.h>
+
 #include <Spectra/MatOp/SparseSymShiftSolve.h>
 #include <Spectra/SymEigsShiftSolver.h>
 

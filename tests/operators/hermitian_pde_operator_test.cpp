@@ -1,5 +1,7 @@
 #include "beltrami/operators/hermitian_pde_operator.hpp"
 
+#include <gtest/gtest.h>
+
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/shapes.hpp"
 #include "beltrami/operators/connection_laplacian.hpp"

@@ -1,5 +1,7 @@
 #include "beltrami/operators/singularities.hpp"
 
+#include <gtest/gtest.h>
+
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/shapes.hpp"
 #include "numerics.hpp"

@@ -1,5 +1,7 @@
 // The command `vectors`: what it prints, writes and returns, for good input and for bad.
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

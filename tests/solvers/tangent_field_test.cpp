@@ -1,5 +1,7 @@
 #include "beltrami/solvers/tangent_field.hpp"
 
+#include <gtest/gtest.h>
+
 #include <array>
 
 #include "beltrami/framework/error.hpp"
