@@ -214,15 +214,36 @@ Eigen::MatrixXd LocalSystem::projected(const Eigen::VectorXd& weight,
     return rows - held_.C.transpose() * (inverse_gram * (held_.C * (weight.asDiagonal() * rows)));
 }
 
-void LocalSystem::impose() {
-    if (held_.slots.empty()) return;
-    const Eigen::MatrixXd lack = held_.value - held_.C * at_held(x);
-    const Eigen::MatrixXd change =
-        held_.preconditioner.asDiagonal() * held_.C.transpose() * (held_.inverse_gram_preconditioner * lack);
+// field += P C^T (C P C^T)^-1 values
+void LocalSystem::lift(const Eigen::MatrixXd& values, SlotField& field) const {
+    const Eigen::MatrixXd change = held_.preconditioner.asDiagonal() * held_.C.transpose() *
+                                   (held_.inverse_gram_preconditioner * values);
     for (Eigen::Index j = 0; j < change.rows(); ++j) {
         for (Index c = 0; c < columns(); ++c)
-            x[held_.slots[static_cast<std::size_t>(j)]][c] += change(j, c);
+            field[held_.slots[static_cast<std::size_t>(j)]][c] += change(j, c);
     }
+}
+
+void LocalSystem::impose() {
+    if (!held_.slots.empty()) lift(held_.value - held_.C * at_held(x), x);
+}
+
+void LocalSystem::balance() {
+    // p = x without the lift of the held values.
+    p_.fill_zero(0, domain_.slot_count());
+    if (!held_.slots.empty()) lift(-held_.value, p_);
+    const std::ptrdiff_t active = static_cast<std::ptrdiff_t>(domain_.end(0)) * x.width();
+    for (std::ptrdiff_t i = 0; i < active; ++i)
+        p_.data()[i] += x.data()[i];
+    operator_.apply(domain_, weights_, p_, q_, domain_.rings());
+    const double square = dot(p_, q_);
+    if (!(square > 0.0)) return;
+    const double step = dot(p_, r) / square;
+    for (std::ptrdiff_t i = 0; i < active; ++i)
+        x.data()[i] += step * p_.data()[i];
+    const std::ptrdiff_t all = static_cast<std::ptrdiff_t>(domain_.slot_count()) * x.width();
+    for (std::ptrdiff_t i = x.width(); i < all; ++i)
+        r.data()[i] -= step * q_.data()[i];
 }
 
 void LocalSystem::compute_residual() {
@@ -351,7 +372,8 @@ LocalSystem::Iterations LocalSystem::iterate(double target, int most,
 
 Block LocalSystem::forces() const {
     if (held_.slots.empty()) return Block(0, columns());
-    return -(held_.inverse_gram_mass * (held_.C * (held_.inverse_mass.asDiagonal() * at_held(r))));
+    return -(held_.inverse_gram_preconditioner *
+             (held_.C * (held_.preconditioner.asDiagonal() * at_held(r))));
 }
 
 double LocalSystem::dot(const SlotField& a, const SlotField& c) const {

@@ -111,6 +111,10 @@ class LocalSystem {
     /// the limit, or the deadline; at least one step is taken when the target is not met.
     Iterations iterate(double target, int most, std::optional<Clock::time_point> deadline);
 
+    /// For an iteration that was stopped: scales what x has beyond the held values so that x^T r does no work, which a
+    /// converged x and every iterate that started from zero have. The residual is that of x before and after.
+    void balance();
+
     /// The forces at the held points (c x k) that balance r best: rows of eq. (16).
     [[nodiscard]] Block forces() const;
 
@@ -146,6 +150,7 @@ class LocalSystem {
         domain_.replay(together(operator_, x, b, r, p_, q_, z_, fields...));
     }
     [[nodiscard]] Eigen::MatrixXd at_held(const SlotField& field) const;
+    void lift(const Eigen::MatrixXd& values, SlotField& field) const;
     void fit_factor();
     void apply_factor(Block& block) const;
     double precondition();

@@ -38,6 +38,19 @@ Bounds bounds_of(const std::vector<double>& given, const Constraints& fixed) {
     return {Vector::Constant(fixed.columns(), given[0]), Vector::Constant(fixed.columns(), given[1])};
 }
 
+// The vertices that are not fixed and lie at a bound in some column.
+Index count_at_bounds(const Block& value, const Constraints& fixed, const Bounds& bounds) {
+    Index count = 0;
+    for (Index v = 0; v < value.rows(); ++v) {
+        const Vector at = value.row(v).transpose();
+        count += !fixed.is_fixed(v) &&
+                         (at.array() == bounds.low.array() || at.array() == bounds.high.array()).any()
+                     ? 1
+                     : 0;
+    }
+    return count;
+}
+
 }  // namespace
 
 void add_interpolate(CLI::App& program, Run& run) {
@@ -97,8 +110,9 @@ void add_interpolate(CLI::App& program, Run& run) {
             run.timed("solve", [&] { return interpolate(laplacian, fixed, interpolation); });
         run.record(result.summary);
         if (bounded) {
-            run.say("bounds", fmt::format("{} values are kept at a bound", result.at_bounds));
-            run.result()["at_bounds"] = result.at_bounds;
+            const Index at_bounds = count_at_bounds(result.value, fixed, *interpolation.bounds);
+            run.say("bounds", fmt::format("{} vertices are kept at a bound", at_bounds));
+            run.result()["at_bounds"] = at_bounds;
         } else if (interpolation.bilaplacian == 0.0) {
             // What is not given is NaN; components that are kept at zero hold zeros.
             Block given = Block::Constant(result.value.rows(), result.value.cols(), NAN);

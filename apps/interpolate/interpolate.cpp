@@ -52,8 +52,8 @@ InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fix
         return {order.to_user(value), summary};
     }
     require_within(fixed, *options.bounds);
-    const BoundedSummary bounded = solve_bounded(solver, no_load, held, *options.bounds, value);
-    return {order.to_user(value), bounded.linear, bounded.at_bounds};
+    const LinearSummary summary = solve_bounded(solver, no_load, held, *options.bounds, value).linear;
+    return {order.to_user(value), summary};
 }
 
 Bounds range_of(const Constraints& fixed) {

@@ -32,7 +32,6 @@ struct InterpolateOptions {
 struct InterpolateResult {
     Block value;  ///< n x k in the user's order; 0 at isolated vertices
     LinearSummary summary;
-    Index at_bounds = 0;  ///< vertices that only the bounds keep from going farther, over all columns
 };
 
 /// `fixed` in the user's numbering, k columns. Throws InputError for no constraint at all, vertices out of range,

@@ -222,8 +222,8 @@ void add_poke(CLI::App& program, Run& run) {
         if (result.whole) run.warn("the domain grew to the whole mesh: those steps were global ones");
         if (result.late_steps > 0) {
             run.warn(
-                fmt::format("{} of {} steps were late: they stopped at their last iterate, and the next ones "
-                            "made up for it",
+                fmt::format("{} of {} steps were late: they stopped at their last iterate, which the "
+                            "error counts",
                             result.late_steps, result.steps));
         }
         if (result.unconverged_steps > 0) {

@@ -40,7 +40,7 @@ struct PokeOptions {
     /// paths took.
     std::optional<double> time = {};
     /// Gives each step 1 / rate seconds, of which late steps borrow from the next ones; a step that would overrun stops at
-    /// its last iterate, and the next one makes up for it. One unit of time is then a second.
+    /// its last iterate, scaled so that it adds no energy. One unit of time is then a second.
     bool real_time = false;
     /// Waypoints may lie off the surface by this part of the diagonal of the mesh's box.
     double reach = 0.01;

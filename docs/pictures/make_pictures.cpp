@@ -122,12 +122,37 @@ Image figure_11() {
     return side_by_side(images, 3);
 }
 
+// An egg whose lower half is fixed, as in Figure 6 of Kim & Rossignac.
+Image figure_6() {
+    Points tall = shapes::icosphere(4).points();
+    tall.col(2) = tall.col(2).unaryExpr([](double z) { return z > 0.0 ? 1.5 * z : z; });
+    const Mesh egg = shapes::icosphere(4).with_points(tall);
+    std::vector<Image> images;
+    const Laplacian laplacian(egg);
+    std::vector<Index> upper;
+    for (Index v = 0; v < egg.vertex_count(); ++v) {
+        if (egg.points()(v, 2) > 1e-9) upper.push_back(v);
+    }
+    const auto add = [&](const std::string& title, const Points& points) {
+        PictureOptions picture{.width = 480, .height = 480, .view = "1,-2,1.6", .up = "z"};
+        picture.title = title;
+        picture.edges = true;
+        images.push_back(draw(egg.with_points(points), nullptr, picture));
+    };
+    add("an egg", egg.points());
+    add("fair: Laplacian", fair(egg, laplacian, upper, {.laplacian = 1.0}).points);
+    add("fair: bi-Laplacian", fair(egg, laplacian, upper, {.bilaplacian = 1.0}).points);
+    add("membrane", membrane(egg, laplacian, upper, {}).points);
+    return side_by_side(images, 4);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     try {
         const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
         write_picture(folder / "overview.png", overview());
+        write_picture(folder / "figure_6.png", figure_6());
         write_picture(folder / "figure_8.png", figure_8());
         write_picture(folder / "figure_11.png", figure_11());
     } catch (const Error& error) {

@@ -1,7 +1,9 @@
 #include "beltrami/apps/interpolate/interpolate.hpp"
 
 #include <array>
+#include <cstdint>
 #include <limits>
+#include <span>
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/shapes.hpp"
@@ -94,6 +96,104 @@ TEST(Interpolate, FreeComponentsAreRefusedOrLeftAtZero) {
         interpolate(laplacian, fixed, {.free_components = FreeComponents::keep_at_zero}).value;
     EXPECT_LT((value.topRows(42).array() - 2.0).abs().maxCoeff(), 1e-9);
     EXPECT_TRUE(value.bottomRows(42).isZero(0.0));
+}
+
+// Measured data on a plate: within the bounds, at the given values, and no less smooth than it must be.
+TEST(Interpolate, BoundsKeepTheBilaplacianFromOvershooting) {
+    const Mesh mesh = shapes::shuffled(shapes::grid(30, 30)).mesh;
+    const Laplacian laplacian(mesh);
+    Constraints fixed;
+    const Vector values = testing::random_vector(12, 4);
+    for (Index i = 0; i < 12; ++i)
+        fixed.fix(71 * i + 5, 6.0 + 2.0 * values[i]);
+    const Bounds range = range_of(fixed);
+    InterpolateOptions options{.laplacian = 0.0, .bilaplacian = 1.0};
+    const Block free = interpolate(laplacian, fixed, options).value;
+    ASSERT_GT(overshoot(free, range.low[0], range.high[0]), 0.1);
+    options.bounds = range;
+    const InterpolateResult bounded = interpolate(laplacian, fixed, options);
+    EXPECT_EQ(overshoot(bounded.value, range.low[0], range.high[0]), 0.0);
+    EXPECT_GT(bounded.summary.factorizations, 1) << "one for each active set";
+    for (const Index v : fixed.vertices())
+        EXPECT_EQ(bounded.value(v, 0), fixed.value(v)[0]);
+    // The energy lies between that of the free field and that of the free field cut off.
+    const PdeOperator A(laplacian, 0.0, {0.0, 1.0});
+    const auto energy = [&](const Block& user) {
+        const Block u = laplacian.order().to_working(user);
+        Block product;
+        A.apply(u, product);
+        return product.col(0).dot(u.col(0));
+    };
+    EXPECT_LT(energy(free), energy(bounded.value));
+    EXPECT_LT(energy(bounded.value), energy(clamped(free, range.low[0], range.high[0]).value));
+}
+
+TEST(Interpolate, BoundsLeaveComponentsThatNothingHoldsAtZero) {
+    const Mesh two = shapes::together({shapes::icosphere(1), shapes::icosphere(1)});
+    const Constraints fixed{{3, 2.0}, {7, 3.0}};
+    InterpolateOptions options{.bilaplacian = 1.0, .bounds = range_of(fixed)};
+    options.free_components = FreeComponents::keep_at_zero;
+    const Block value = interpolate(Laplacian(two), fixed, options).value;
+    EXPECT_TRUE(value.bottomRows(42).isZero(0.0));
+    EXPECT_GE(value.topRows(42).minCoeff(), 2.0);
+    options.bounds->low[0] = 2.5;
+    EXPECT_THROW((void)interpolate(Laplacian(two), fixed, options), InputError);
+    options.bounds = Bounds{Vector::Zero(2), Vector::Ones(2)};
+    EXPECT_THROW((void)interpolate(Laplacian(two), fixed, options), InputError);
+}
+
+TEST(Interpolate, RangesAndClampsAreThoseOfTheColumns) {
+    Constraints fixed(2);
+    fixed.fix(1, std::array{3.0, -1.0});
+    fixed.fix(2, std::array{-2.0, 5.0});
+    EXPECT_EQ(range_of(fixed).low, Eigen::Vector2d(-2.0, -1.0));
+    EXPECT_EQ(range_of(fixed).high, Eigen::Vector2d(3.0, 5.0));
+    Block value(3, 2);
+    value << 0.5, 1.25, -0.5, 2.0, 0.0, 1.0;
+    const Clamped inside = clamped(value, 0.0, 1.0);
+    EXPECT_EQ(inside.vertices, 2);
+    EXPECT_EQ(inside.farthest, 1.0);
+    EXPECT_EQ(inside.value.row(1), Eigen::RowVector2d(0.0, 1.0));
+    EXPECT_EQ(inside.value.row(2), value.row(2));
+}
+
+TEST(Interpolate, DisplacementsMoveTheMesh) {
+    const Mesh mesh = shapes::grid(8, 8);
+    Constraints fixed(3);
+    for (const Index corner : {0, 8, 72, 80})
+        fixed.fix(corner, std::array{0.0, 0.0, 0.0});
+    fixed.fix(40, std::array{0.0, 0.1, 0.5});
+    const Block value = interpolate(Laplacian(mesh), fixed, {.laplacian = 0.0, .bilaplacian = 1.0}).value;
+    const Mesh moved = displaced(mesh, value);
+    EXPECT_EQ(moved.points().row(40), mesh.points().row(40) + Eigen::RowVector3d(0.0, 0.1, 0.5));
+    EXPECT_EQ(moved.points().row(8), mesh.points().row(8));
+    EXPECT_EQ(moved.cells(), mesh.cells());
+}
+
+// Scattered handles by the thousand: one operator, one factor or few products, whatever their number.
+TEST(Interpolate, FifteenThousandHandlesCostWhatAFewDo) {
+    const Mesh mesh = shapes::bumpy_sphere(36000);
+    Constraints fixed(3);
+    for (Index i = 0; i < 15000; ++i) {
+        const Index v = static_cast<Index>((std::int64_t{i} * 48271) % mesh.vertex_count());
+        fixed.fix(v, std::span(mesh.points().row(v).data(), 3));
+    }
+    EXPECT_GT(fixed.size(), 14000);
+    const long before = EdgeOperator<double>::builds();
+    const Laplacian laplacian(mesh);
+    for (const auto& [gamma_1, gamma_2] : {std::pair{1.0, 0.0}, {0.0, 1.0}}) {
+        const InterpolateResult result =
+            interpolate(laplacian, fixed, {.laplacian = gamma_1, .bilaplacian = gamma_2});
+        EXPECT_TRUE(result.summary.converged);
+        EXPECT_LE(result.summary.factorizations, 1);
+        EXPECT_LT(result.summary.products, 100);
+        EXPECT_EQ(result.summary.unknowns, mesh.vertex_count() - fixed.size());
+        for (const Index v : fixed.vertices())
+            ASSERT_EQ(result.value(v, 2), mesh.points()(v, 2));
+        EXPECT_LT((result.value - mesh.points()).rowwise().norm().mean(), 0.02)
+            << "a smooth field comes back";
+    }
+    EXPECT_EQ(EdgeOperator<double>::builds(), before + 1);
 }
 
 TEST(Interpolate, RefusesWhatHasNoAnswer) {
