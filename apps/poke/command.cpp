@@ -65,6 +65,18 @@ std::string log_header(std::size_t contacts) {
     return header + "\n";
 }
 
+// The colours of Figure 3 of Kim & Rossignac: the domain in blue, the rings around it in red.
+Block domain_colours(const Block& domain) {
+    Block colours(domain.rows(), 3);
+    for (Eigen::Index v = 0; v < domain.rows(); ++v) {
+        const double level = domain(v, 0);
+        colours.row(v) = level == 2.0   ? Eigen::RowVector3d(0.25, 0.45, 0.85)
+                         : level == 1.0 ? Eigen::RowVector3d(0.85, 0.25, 0.2)
+                                        : Eigen::RowVector3d(0.8, 0.8, 0.8);
+    }
+    return colours;
+}
+
 // 2 for active vertices, 1 for the rings around them, 0 elsewhere; in the user's order.
 Block domain_field(const ActiveDomain& domain, const Renumbering& order) {
     Block field = Block::Zero(order.vertex_count(), 1);
@@ -118,7 +130,7 @@ void add_poke(CLI::App& program, Run& run) {
     command->add_option("--density", options->density, "mass of the skin for each unit of area (default: 1)")
         ->option_text("ALPHA");
     command
-        ->add_option("--damping", options->damping, "Rayleigh damping: 1/time, and time (default: 20 pi,0)")
+        ->add_option("--damping", options->damping, "Rayleigh damping: 1/time, and time (default: 40 pi,0)")
         ->delimiter(',')
         ->expected(1, 2)
         ->option_text("B1[,B2]");
@@ -242,9 +254,8 @@ void add_poke(CLI::App& program, Run& run) {
                       const Image left = draw(pressed, &length, picture);
                       picture.title =
                           fmt::format("{} of {} vertices are active", fullest.active, mesh.vertex_count());
-                      picture.range = {0.0, 2.0};
-                      picture.bar = false;
-                      return side_by_side({left, draw(pressed, &fullest.domain, picture)}, 2);
+                      const Block colours = domain_colours(fullest.domain);
+                      return side_by_side({left, draw(pressed, &colours, picture)}, 2);
                   });
         run.finish();
     });

@@ -82,11 +82,11 @@ double least_seconds(const Laplacian& laplacian, const PokeOptions& options, con
 
 Pde skin_of(const Mesh& mesh) {
     constexpr double omega = 2.0 * 3.14159265358979323846 * 10.0;
-    const double length = 0.02 * diagonal_of(mesh);
+    const double length = 0.015 * diagonal_of(mesh);
     const double l2 = length * length;
     const double w2 = omega * omega;
     return {.alpha = 1.0,
-            .beta_1 = omega,
+            .beta_1 = 2.0 * omega,
             .beta_2 = 0.0,
             .gamma = {0.2 * w2 * l2, w2 * l2 * l2},
             .foundation = w2};

@@ -85,9 +85,9 @@ struct PokeResult {
     long iterations = 0;
 };
 
-/// A skin that suits any mesh: mass 1 for each unit of area, swings back 10 times in a unit of time and nearly without
-/// overshoot, and takes its surroundings along over 2 % of the diagonal of the mesh's box. With a foundation of
-/// omega^2, omega = 20 pi: gamma_1 = omega^2 l^2 / 5, gamma_2 = omega^2 l^4, beta_1 = omega.
+/// A skin that suits any mesh: mass 1 for each unit of area, swings back 10 times in a unit of time, critically damped, and
+/// takes its surroundings along over l = 1.5 % of the diagonal of the mesh's box. With omega = 20 pi: foundation omega^2,
+/// gamma_1 = omega^2 l^2 / 5, gamma_2 = omega^2 l^4, beta_1 = 2 omega.
 Pde skin_of(const Mesh& mesh);
 
 /// Throws InputError for no paths, an empty one, times that do not ascend, waypoints that are off the surface, a rate or

@@ -101,10 +101,10 @@ void RatioReporter::Finalize() {
         for (const Row& row : rows) {
             const auto known = bandwidth_.find(row.threads);
             const double bound = known == bandwidth_.end() ? 0.0 : row.bytes / known->second / 1e6;
-            fmt::print("{:<44} {:<26} {:>9.2f} {:>9} {:>9} {:>9} {:>10.1f}\n", what, row.method,
+            fmt::print("{:<44} {:<26} {:>9.3f} {:>9} {:>9} {:>9} {:>10.1f}\n", what, row.method,
                        row.milliseconds,
                        base == rows.end() ? "" : fmt::format("{:.2f}", row.milliseconds / base->milliseconds),
-                       bound > 0.0 ? fmt::format("{:.2f}", bound) : "",
+                       bound > 0.0 ? fmt::format("{:.3f}", bound) : "",
                        bound > 0.0 ? fmt::format("{:.2f}", row.milliseconds / bound) : "", row.memory / 1e6);
         }
     }
