@@ -101,7 +101,9 @@ void MembraneFlow::advance() {
         const Size size = size_of(next);
         if (!(size.energy <= now_.energy)) continue;
         const double fall = (now_.energy - size.energy) / energy_at_start_;
-        at_rest_ = fall <= options_.rest * std::min(1.0, options_.step);
+        const double enough = options_.rest * std::min(1.0, options_.step);
+        at_rest_ = fall <= enough;
+        nearness_ = at_rest_ ? 1.0 : std::clamp(std::log(fall) / std::log(enough), 0.0, 1.0);
         moving_ = next;
         now_ = size;
         time_ += step_;

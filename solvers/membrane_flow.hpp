@@ -51,6 +51,8 @@ class MembraneFlow {
 
     [[nodiscard]] const Points& points() const { return moving_.points(); }
     [[nodiscard]] bool at_rest() const { return at_rest_; }
+    /// How near rest the last step came, 1 at rest: by the logarithm of the fall of E.
+    [[nodiscard]] double nearness() const { return nearness_; }
     [[nodiscard]] double time() const { return time_; }  ///< the sum of the steps taken
     [[nodiscard]] int step_count() const { return step_count_; }
     [[nodiscard]] double area() const { return now_.area; }      ///< of the triangles that move
@@ -74,6 +76,7 @@ class MembraneFlow {
     Size now_;
     double energy_at_start_;
     bool at_rest_ = false;
+    double nearness_ = 0.0;
     double time_ = 0.0;
     int step_count_ = 0;
     LinearSummary summary_;

@@ -36,8 +36,8 @@ MembraneResult membrane(const Mesh& mesh, const Laplacian& laplacian, std::span<
         const int before = flow.step_count();
         flow.advance();
         if (flow.step_count() > before) show();
-        report(options.progress, "steps",
-               options.steps > 0 ? static_cast<double>(flow.step_count()) / limit : 0.0);
+        const double of_steps = options.steps > 0 ? static_cast<double>(flow.step_count()) / limit : 0.0;
+        report(options.progress, "steps", std::max(of_steps, flow.nearness()));
     }
     if (!flow.at_rest() && options.steps == 0) {
         throw SolveError(fmt::format("the membrane is not at rest after {} steps", limit),
