@@ -19,6 +19,9 @@ namespace {
 constexpr double share_of_removal = 0.3;
 constexpr double share_inside = 0.25;
 
+// K~ u is updated with K~ times the velocity, which each step has at hand, so often before rounding is cleared away.
+constexpr int most_updates = 64;
+
 // How many steps of backward Euler halve any free motion in the energy norm; -1 where some motion does not die out. All
 // operators are functions of M^-1 K~, so a step is a 2 x 2 matrix for each of its eigenvalues, which are the foundation
 // or more, with the held points too.
@@ -126,7 +129,10 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     const ActiveDomain& domain = this->domain();
 
     // b = alpha M v - dt K~ u on all slots.
-    system_.op().apply(domain, {0.0, 1.0}, u_, stretched_, domain.rings());
+    if (stretched_age_ < 0 || stretched_age_ >= most_updates) {
+        system_.op().apply(domain, {0.0, 1.0}, u_, stretched_, domain.rings());
+        stretched_age_ = 0;
+    }
     for (Index s = 1; s < domain.slot_count(); ++s) {
         const double mass = pde_.alpha * system_.op().mass()[static_cast<std::size_t>(s)];
         for (Index c = 0; c < u_.width(); ++c) {
@@ -199,12 +205,16 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     }
     result.put_in = std::sqrt(missing.total() / (2.0 * system_.sigma()));
 
-    for (Index s = 1; s < domain.end(0); ++s) {
+    for (Index s = 1; s < domain.slot_count(); ++s) {
+        const double mass = weights_.mass * system_.op().mass()[static_cast<std::size_t>(s)];
         for (Index c = 0; c < u_.width(); ++c) {
-            u_[s][c] += step_ * system_.x[s][c];
-            v_[s][c] = system_.x[s][c];
+            const double x = system_.x[s][c];
+            u_[s][c] += step_ * x;
+            v_[s][c] = x;
+            stretched_[s][c] += step_ * (system_.b[s][c] - system_.r[s][c] - mass * x) / weights_.stiffness;
         }
     }
+    ++stretched_age_;
     ++step_count_;
     peak_energy_ = std::max(peak_energy_, trial.stored);
     result.scale = std::sqrt(peak_energy_);
@@ -264,10 +274,11 @@ double LocalIntegrator::let_go(LocalStep& result, bool held) {
         std::copy_n(v_[s], v_.width(), removed_v_[s]);
     }
     // E(u - du, v - dv) - E(u, v), and E(du, dv).
-    system_.op().apply(domain, {0.0, 1.0}, removed_u_, stretched_, 0);
-    const double own = 0.5 * pde_.alpha * system_.mass_dot(removed_v_, removed_v_) +
-                       0.5 * system_.dot(removed_u_, stretched_);
-    const double change = own - pde_.alpha * system_.mass_dot(removed_v_, v_) - system_.dot(u_, stretched_);
+    SlotField& pull = system_.b;
+    system_.op().apply(domain, {0.0, 1.0}, removed_u_, pull, 0);
+    const double own =
+        0.5 * pde_.alpha * system_.mass_dot(removed_v_, removed_v_) + 0.5 * system_.dot(removed_u_, pull);
+    const double change = own - pde_.alpha * system_.mass_dot(removed_v_, v_) - system_.dot(u_, pull);
     if (own > budget || change > reserve_) return 0.0;
     reserve_ -= change;
     energy_ += change;
@@ -278,6 +289,7 @@ double LocalIntegrator::let_go(LocalStep& result, bool held) {
         v_.fill_zero(s, s + 1);
         system_.x.fill_zero(s, s + 1);
     }
+    stretched_age_ = -1;
     system_.deactivate(quiet, u_, v_, stretched_, removed_u_, removed_v_);
     return std::sqrt(std::max(0.0, own));
 }

@@ -108,6 +108,7 @@ class LocalIntegrator {
     SlotField u_, v_, stretched_, removed_u_, removed_v_;
     LocalOperator::Weights weights_;
     Block forces_;
+    int stretched_age_ = -1;  // steps since K~ u was computed afresh; -1: it has to be
     long step_count_ = 0;
     double energy_ = 0.0;
     double peak_energy_ = 0.0;

@@ -1,0 +1,153 @@
+#include "beltrami/apps/poke/poke.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "beltrami/framework/error.hpp"
+#include "beltrami/framework/shapes.hpp"
+#include "expect_text.hpp"
+
+namespace beltrami::testing {
+namespace {
+
+const Vector3 up(0.0, 0.0, 1.0);
+
+ContactPath press(const Vector3& point, double depth, double duration) {
+    return {{0.0, point, Vector3::Zero(), "a:1"},
+            {0.5 * duration, point, -depth * up, "a:2"},
+            {duration, point, -depth * up, "a:3"}};
+}
+
+struct Recorded {
+    std::vector<Index> active;
+    std::vector<Vector3> force, point;
+    std::vector<double> lag;
+};
+
+PokeResult run(const Mesh& mesh, const std::vector<ContactPath>& paths, PokeOptions options,
+               Recorded& recorded) {
+    options.on_step = [&](const PokeStep& step) {
+        recorded.active.push_back(step.local.active);
+        recorded.force.push_back(step.contacts[0].force);
+        recorded.point.push_back(step.contacts[0].at.point);
+        recorded.lag.push_back(step.lag);
+    };
+    return poke(mesh, Laplacian(mesh), paths, options);
+}
+
+TEST(Poke, PressesHoldsAndComesToRest) {
+    const Mesh sphere = shapes::icosphere(5);
+    PokeOptions options{.skin = skin_of(sphere)};
+    Recorded recorded;
+    const PokeResult result = run(sphere, {press(up, 0.1, 0.1)}, options, recorded);
+    EXPECT_TRUE(result.at_rest);
+    EXPECT_EQ(result.steps, static_cast<int>(recorded.active.size()));
+    EXPECT_EQ(result.displacement.cwiseAbs().maxCoeff(), 0.0);
+    EXPECT_EQ(*std::max_element(recorded.active.begin(), recorded.active.end()), result.most_active);
+    EXPECT_LT(result.most_active, sphere.vertex_count() / 2);
+    EXPECT_GT(recorded.active[60], 10);
+    EXPECT_EQ(recorded.active.back(), 0);
+    EXPECT_EQ(result.late_steps, 0);
+    EXPECT_FALSE(result.whole);
+    // Pressed down, it pushes back along the path; once the finger is gone there is no force.
+    EXPECT_LT(recorded.force[90].z(), 0.0);
+    EXPECT_LT(recorded.force[90].head<2>().norm(), 1e-3 * std::abs(recorded.force[90].z()));
+    EXPECT_EQ(recorded.force[110], Vector3::Zero());
+    EXPECT_GE(result.work, result.dissipated * (1.0 - 1e-9));
+}
+
+TEST(Poke, StopsWhenTold) {
+    const Mesh sphere = shapes::icosphere(4);
+    Recorded recorded;
+    const PokeResult result =
+        run(sphere, {press(up, 0.1, 0.1)}, {.skin = skin_of(sphere), .time = 0.05}, recorded);
+    EXPECT_EQ(result.steps, 50);
+    EXPECT_FALSE(result.at_rest);
+    // The last step was at 0.049: pressed nearly all the way.
+    EXPECT_NEAR(result.displacement.col(2).minCoeff(), -0.098, 1e-3);
+}
+
+// Along the equator's neighbourhood: the force changes little from step to step, and less with smaller steps.
+TEST(Poke, SlidesWithoutJumps) {
+    const Mesh sphere = shapes::bumpy_sphere(4000);
+    const Vector3 a = sphere.points().row(100).transpose();
+    const Vector3 b = sphere.points().row(140).transpose();
+    const Vector3 push = -0.05 * a.normalized();
+    const ContactPath path = {{0.0, a, push, "a:1"}, {0.2, b, push, "a:2"}};
+    const auto largest_jump = [&](double rate) {
+        Recorded recorded;
+        const PokeResult result = run(sphere, {path}, {.skin = skin_of(sphere), .rate = rate}, recorded);
+        EXPECT_GT(result.largest_force, 0.0);
+        double jump = 0.0;
+        // From when the first push has died down, while it touches.
+        const auto touching = static_cast<std::size_t>(0.2 * rate);
+        for (std::size_t i = touching / 4; i + 1 < touching; ++i) {
+            jump = std::max(jump, (recorded.force[i + 1] - recorded.force[i]).norm() / result.largest_force);
+            const double way = (recorded.point[i + 1] - recorded.point[i]).norm();
+            EXPECT_LT(way, 10.0 * (b - a).norm() / static_cast<double>(touching));
+        }
+        return jump;
+    };
+    EXPECT_LT(largest_jump(4000.0), 0.6 * largest_jump(1000.0));
+}
+
+TEST(Poke, TouchesSolidsAndSeveralPointsAtOnce) {
+    const Mesh ball = shapes::tetrahedral_ball(6);
+    int touching = 0;
+    PokeOptions options{.skin = skin_of(ball)};
+    options.on_step = [&](const PokeStep& step) {
+        touching =
+            std::max(touching, (step.contacts[0].touching ? 1 : 0) + (step.contacts[1].touching ? 1 : 0));
+    };
+    ContactPath later = press(-up, -0.05, 0.05);
+    for (Waypoint& w : later)
+        w.time += 0.02;
+    const PokeResult result = poke(ball, Laplacian(ball), {press(up, 0.05, 0.05), later}, options);
+    EXPECT_EQ(touching, 2);
+    EXPECT_GT(result.largest_force, 0.0);
+}
+
+TEST(Poke, RefusesWhatCannotBeDone) {
+    const Mesh sphere = shapes::icosphere(3);
+    const Laplacian laplacian(sphere);
+    const PokeOptions options{.skin = skin_of(sphere)};
+    const auto refused = [&](const std::vector<ContactPath>& paths, const PokeOptions& with,
+                             std::initializer_list<std::string> parts) {
+        try {
+            (void)poke(sphere, laplacian, paths, with);
+            ADD_FAILURE() << "accepted";
+        } catch (const InputError& error) {
+            EXPECT_TRUE(contains(error.what(), parts));
+            EXPECT_NE(error.hint(), "");
+        }
+    };
+    refused({}, options, {"nothing touches"});
+    refused({{}}, options, {"no path"});
+    refused({{{0.0, up, up, "a:1"}, {0.1, 2.0 * up, up, "a:2"}}}, options, {"a:2", "leaves the surface"});
+    refused({{{0.0, up, up, "a:1"}, {0.0, up, up, "a:2"}}}, options, {"a:2", "time"});
+    refused({{{0.1, up, up, "a:1"}, {0.0, up, up, "a:2"}}}, options, {"a:2", "from 0.1 to 0"});
+    refused({{{NAN, up, up, "a:1"}}}, options, {"a:1", "not finite"});
+    refused({{{0.0, Vector3(NAN, 0, 0), up, "a:1"}}}, options, {"nowhere"});
+    for (const double rate : {0.0, -1000.0, double{INFINITY}, double{NAN}}) {
+        PokeOptions with = options;
+        with.rate = rate;
+        refused({press(up, 0.1, 0.1)}, with, {"rate"});
+    }
+    PokeOptions hurried = options;
+    hurried.rate = 1e9;
+    hurried.real_time = true;
+    refused({press(up, 0.1, 1e-8)}, hurried, {"cannot be met"});
+    PokeOptions weightless = options;
+    weightless.skin.alpha = 0.0;
+    refused({press(up, 0.1, 0.1)}, weightless, {"no mass"});
+    PokeOptions no_time = options;
+    no_time.time = -1.0;
+    refused({press(up, 0.1, 0.1)}, no_time, {"time"});
+}
+
+}  // namespace
+}  // namespace beltrami::testing
