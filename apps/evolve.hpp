@@ -1,4 +1,4 @@
-// What heat and wave share: a field that changes in time, step by step, in the user's order.
+// What heat, wave and fair share: a field that changes in time, step by step, in the user's order.
 #pragma once
 
 #include <functional>

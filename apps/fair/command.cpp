@@ -7,8 +7,7 @@ void add_fair(CLI::App& program, Run& run) {
     struct Options {
         RegionOptions region{.fourth_way = "--all (with --time)"};
         SeriesOptions series;
-        std::optional<double> laplacian;
-        std::optional<double> bilaplacian;
+        TermWeights weights;
         std::optional<double> time;
         std::optional<int> steps;
         bool keep = false;
@@ -18,14 +17,7 @@ void add_fair(CLI::App& program, Run& run) {
     auto options = std::make_shared<Options>();
     add_region_options(*command, options->region);
     command->add_flag("--all", options->region.all, "every vertex may move (with --time)");
-    command
-        ->add_option("--laplacian", options->laplacian,
-                     "weight of the Laplacian (default: 1 if neither is given)")
-        ->option_text("G1");
-    command
-        ->add_option("--bilaplacian", options->bilaplacian,
-                     "weight of the bi-Laplacian, in length^2 (default: 0)")
-        ->option_text("G2");
+    add_term_weights(*command, options->weights);
     command->add_option("--time", options->time, "let the flow run for so long (default: until rest)")
         ->option_text("T");
     command->add_option("--steps", options->steps, "in how many steps (default: 1)")->option_text("N");
@@ -39,10 +31,9 @@ void add_fair(CLI::App& program, Run& run) {
         }
         const Mesh mesh = run.load_mesh();
         const std::vector<Index> moving = region(mesh, options->region);
-        const bool neither = !options->laplacian && !options->bilaplacian;
         FairOptions fairing;
-        fairing.laplacian = options->laplacian.value_or(neither ? 1.0 : 0.0);
-        fairing.bilaplacian = options->bilaplacian.value_or(0.0);
+        fairing.laplacian = options->weights.of_laplacian();
+        fairing.bilaplacian = options->weights.of_bilaplacian();
         fairing.time = options->time;
         fairing.steps = options->steps.value_or(1);
         fairing.free_components = free_components(options->keep);

@@ -57,8 +57,7 @@ void add_interpolate(CLI::App& program, Run& run) {
     struct Options {
         std::vector<std::string> fix;
         std::string fix_file;
-        std::optional<double> laplacian;
-        std::optional<double> bilaplacian;
+        TermWeights weights;
         bool bounded = false;
         std::vector<double> bounds;
         bool displace = false;
@@ -71,14 +70,7 @@ void add_interpolate(CLI::App& program, Run& run) {
     auto options = std::make_shared<Options>();
     command->add_option("--fix", options->fix, "a vertex and its value")->option_text("V=x[,y,z] ...");
     command->add_option("--fix-file", options->fix_file, "rows vertex,x[,y,z]")->option_text("FILE.csv");
-    command
-        ->add_option("--laplacian", options->laplacian,
-                     "weight of the Laplacian (default: 1 if neither is given)")
-        ->option_text("G1");
-    command
-        ->add_option("--bilaplacian", options->bilaplacian,
-                     "weight of the bi-Laplacian, in length^2 (default: 0)")
-        ->option_text("G2");
+    add_term_weights(*command, options->weights);
     command->add_flag("--bounded", options->bounded,
                       "do not overshoot: stay between the least and greatest given value of each column");
     command->add_option("--bounds", options->bounds, "stay between these (implies --bounded)")
@@ -97,10 +89,9 @@ void add_interpolate(CLI::App& program, Run& run) {
         Constraints fixed = parse_values("--fix", options->fix, options->fix_file, 0, mesh.vertex_count());
         if (options->displace) require_columns(fixed, "--displace");
         if (options->colours) fixed = unit_colours(fixed, *options->colours);
-        const bool neither = !options->laplacian && !options->bilaplacian;
         InterpolateOptions interpolation;
-        interpolation.laplacian = options->laplacian.value_or(neither ? 1.0 : 0.0);
-        interpolation.bilaplacian = options->bilaplacian.value_or(0.0);
+        interpolation.laplacian = options->weights.of_laplacian();
+        interpolation.bilaplacian = options->weights.of_bilaplacian();
         const bool bounded = options->bounded || !options->bounds.empty();
         if (bounded) interpolation.bounds = bounds_of(options->bounds, fixed);
         interpolation.free_components = free_components(options->keep);

@@ -356,6 +356,17 @@ void Run::finish() {
     say("wrote", summary_file_);
 }
 
+void add_term_weights(CLI::App& command, TermWeights& weights) {
+    command
+        .add_option("--laplacian", weights.laplacian,
+                    "weight of the Laplacian (default: 1 if neither is given)")
+        ->option_text("G1");
+    command
+        .add_option("--bilaplacian", weights.bilaplacian,
+                    "weight of the bi-Laplacian, in length^2 (default: 0)")
+        ->option_text("G2");
+}
+
 void add_free_components(CLI::App& command, bool& keep) {
     command
         .add_option_function<std::string>(

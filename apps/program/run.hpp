@@ -119,6 +119,15 @@ class Run {
 /// Cancels `progress` at the first Ctrl-C or SIGTERM; a second one ends the program at once.
 void cancel_on_signal(Progress& progress);
 
+/// --laplacian and --bilaplacian: one that is not given is 0, but the Laplacian is 1 where neither is.
+struct TermWeights {
+    std::optional<double> laplacian = {};
+    std::optional<double> bilaplacian = {};
+    [[nodiscard]] double of_laplacian() const { return laplacian.value_or(bilaplacian ? 0.0 : 1.0); }
+    [[nodiscard]] double of_bilaplacian() const { return bilaplacian.value_or(0.0); }
+};
+void add_term_weights(CLI::App& command, TermWeights& weights);
+
 /// Declares --free-components refuse|keep.
 void add_free_components(CLI::App& command, bool& keep);
 inline FreeComponents free_components(bool keep) {

@@ -58,8 +58,7 @@ void add_vectors(CLI::App& program, Run& run) {
         std::string fix_file;
         std::string method = "connection";
         std::string lengths;
-        std::optional<double> laplacian;
-        std::optional<double> bilaplacian;
+        TermWeights weights;
         bool keep = false;
     };
     auto* const command = program.add_subcommand(
@@ -81,20 +80,12 @@ void add_vectors(CLI::App& program, Run& run) {
             "few vectors leave short on curved surfaces (default: interpolated, with coordinates solved)")
         ->check(CLI::IsMember({"solved", "interpolated"}))
         ->option_text("NAME");
-    command
-        ->add_option("--laplacian", options->laplacian,
-                     "weight of the Laplacian (default: 1 if neither is given)")
-        ->option_text("G1");
-    command
-        ->add_option("--bilaplacian", options->bilaplacian,
-                     "weight of the bi-Laplacian, in length^2 (default: 0)")
-        ->option_text("G2");
+    add_term_weights(*command, options->weights);
     add_free_components(*command, options->keep);
     command->callback([&run, options] {
         const Mesh mesh = run.load_mesh();
         const Constraints fixed =
             parse_values("--fix", options->fix, options->fix_file, 3, mesh.vertex_count());
-        const bool neither = !options->laplacian && !options->bilaplacian;
         VectorsOptions interpolation;
         interpolation.method =
             options->method == "coordinates" ? VectorMethod::coordinates : VectorMethod::connection;
@@ -102,8 +93,8 @@ void add_vectors(CLI::App& program, Run& run) {
             interpolation.lengths =
                 options->lengths == "solved" ? VectorLengths::solved : VectorLengths::interpolated;
         }
-        interpolation.laplacian = options->laplacian.value_or(neither ? 1.0 : 0.0);
-        interpolation.bilaplacian = options->bilaplacian.value_or(0.0);
+        interpolation.laplacian = options->weights.of_laplacian();
+        interpolation.bilaplacian = options->weights.of_bilaplacian();
         interpolation.free_components = free_components(options->keep);
         interpolation.linear = run.linear_options();
         const Laplacian laplacian = run.build(mesh);

@@ -61,7 +61,9 @@ TEST(SurfaceSearch, KnowsVerticesEdgesAndTheBoundaryOfSolids) {
     const SurfacePoint corner = search.closest({-1.0, -1.0, 0.5});
     double largest = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-        if (corner.weights[k] > 0.5) EXPECT_EQ(corner.vertices[k], 0);
+        if (corner.weights[k] > 0.5) {
+            EXPECT_EQ(corner.vertices[k], 0);
+        }
         largest = std::max(largest, corner.weights[k]);
     }
     EXPECT_DOUBLE_EQ(largest, 1.0);

@@ -14,6 +14,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "expect_text.hpp"
+
 extern char** environ;
 
 namespace beltrami::testing {
@@ -30,7 +32,7 @@ std::string content_and_remove(const std::filesystem::path& path) {
 
 }  // namespace
 
-Outcome run_beltrami(const std::vector<std::string>& arguments, const std::string& interrupt_when) {
+Outcome run_beltrami(const Arguments& arguments, const std::string& interrupt_when) {
     const std::string name =
         std::filesystem::temp_directory_path() / ("beltrami_run_" + std::to_string(getpid()));
     const std::string out = name + ".out";
@@ -62,6 +64,25 @@ Outcome run_beltrami(const std::vector<std::string>& arguments, const std::strin
     }
     waitpid(child, &state, 0);
     return {WIFEXITED(state) ? WEXITSTATUS(state) : -1, content_and_remove(out), content_and_remove(err)};
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path) << text;
+}
+
+nlohmann::json read_json(const std::filesystem::path& path) {
+    return nlohmann::json::parse(std::ifstream(path));
+}
+
+void expect_refused(const Scratch& scratch, const Arguments& arguments,
+                    std::initializer_list<std::string> parts) {
+    const std::filesystem::path out = scratch / "refused.ply";
+    const Outcome outcome = run_beltrami(arguments + Arguments{"-o", out});
+    const std::string line = fmt::format("{}", fmt::join(arguments, " "));
+    EXPECT_EQ(outcome.status, 2) << line << "\n" << outcome.out << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, {"error: ", "hint: "})) << line;
+    EXPECT_TRUE(contains(outcome.err, parts)) << line;
+    EXPECT_FALSE(std::filesystem::exists(out)) << line;
 }
 
 }  // namespace beltrami::testing

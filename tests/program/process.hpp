@@ -1,8 +1,13 @@
 // Runs the program `beltrami` as a person would, and tells what it printed and how it ended.
 #pragma once
 
+#include <filesystem>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "meshes.hpp"
 
 namespace beltrami::testing {
 
@@ -12,7 +17,20 @@ struct Outcome {
     std::string err;
 };
 
+using Arguments = std::vector<std::string>;
+inline Arguments operator+(Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
 /// Runs the program with these arguments; with `interrupt_when` not empty, sends Ctrl-C once that file exists.
-Outcome run_beltrami(const std::vector<std::string>& arguments, const std::string& interrupt_when = {});
+Outcome run_beltrami(const Arguments& arguments, const std::string& interrupt_when = {});
+
+void write_text(const std::filesystem::path& path, const std::string& text);
+nlohmann::json read_json(const std::filesystem::path& path);
+
+/// Exit status 2, an error and a hint that hold all of `parts`, and no output.
+void expect_refused(const Scratch& scratch, const Arguments& arguments,
+                    std::initializer_list<std::string> parts = {});
 
 }  // namespace beltrami::testing

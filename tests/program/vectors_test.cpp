@@ -20,27 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments a, const Arguments& b) {
-    a.insert(a.end(), b.begin(), b.end());
-    return a;
-}
-
-nlohmann::json read_json(const fs::path& path) {
-    return nlohmann::json::parse(std::ifstream(path));
-}
-
-// Exit status 2, an error and a hint, no output, and the sentence says what is wrong.
-void expect_refused(const Scratch& scratch, const Arguments& arguments, const std::string& why) {
-    const fs::path out = scratch / "refused.ply";
-    const Outcome outcome = run_beltrami(arguments + Arguments{"-o", out.string()});
-    const std::string line = fmt::format("{}", fmt::join(arguments, " "));
-    EXPECT_EQ(outcome.status, 2) << line << "\n" << outcome.out << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, {"error: ", "hint: ", why})) << line;
-    EXPECT_FALSE(fs::exists(out)) << line;
-}
-
 TEST(VectorsCommand, WritesWhatTheSummarySays) {
     const Scratch scratch;
     const fs::path out = scratch / "out.ply";
@@ -143,7 +122,7 @@ TEST(VectorsCommand, RefusesBadInput) {
         {{"vectors", "shape:circle:9", "--fix", "0=1,0,0"}, "segments"},
     };
     for (const auto& [arguments, why] : refused)
-        expect_refused(scratch, arguments, why);
+        expect_refused(scratch, arguments, {why});
 }
 
 // A vector of length zero is a vector, and one field of zeros is an answer.
