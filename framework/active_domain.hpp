@@ -62,7 +62,7 @@ class ActiveDomain {
     [[nodiscard]] const Index* entries() const { return neighbours_.data(); }
 
     [[nodiscard]] const EdgeGraph& graph() const { return *graph_; }
-    /// Of the storage, which grows with the largest domain so far and not with the graph.
+    /// Of the storage, which follows the largest domains so far and not the graph.
     [[nodiscard]] std::size_t memory_bytes() const;
 
     /// What happened to the slots since the last call, in order: push(slot, vertex, row_begin) appended one, swap(a, b)

@@ -1,7 +1,7 @@
 // A PdeOperator on an active domain: its numbers copied beside each other, so that a product touches nothing else.
 //
 //     ActiveDomain domain(laplacian.graph(), A.order());
-//     LocalOperator local(laplacian, gamma);
+//     LocalOperator local(A);                          // a PdeOperator
 //     SlotField u(3), y(3);
 //     domain.activate(vertices);
 //     domain.replay(together(local, u, y));            // the numbers of new vertices are fetched once

@@ -40,20 +40,29 @@ long halving_steps(const Pde& pde, double dt) {
         step << pde.alpha / d, -across, across, 1.0 - dt * dt * lambda / d;
         steps.push_back(step);
     }
+    // The limit of high frequencies.
+    Eigen::Matrix2d highest = Eigen::Matrix2d::Zero();
+    highest(1, 1) = pde.beta_2 / (pde.beta_2 + dt);
+    steps.push_back(highest);
     for (long count = 1; count < (1L << 30); count *= 2) {
         double norm = 0.0;
         for (Eigen::Matrix2d& step : steps) {
             norm = std::max(norm, step.operatorNorm());
             step = step * step;
         }
-        if (norm <= 0.5) return count;
+        if (norm <= 0.45) return count;  // a little less than a half, as frequencies are sampled
     }
     return -1;
 }
 
 }  // namespace
 
-void LocalIntegrator::ErrorBound::add(double put_in) {
+void LocalIntegrator::ErrorBound::add(double put_in, bool same_places) {
+    // What halves an error is the same step again and again: with other points held, it begins anew.
+    if (!same_places) {
+        older_ += std::exchange(block_, 0.0);
+        steps_ = 0;
+    }
     block_ += put_in;
     if (halving_steps_ < 0 || ++steps_ < halving_steps_) return;
     older_ = block_ + 0.5 * older_;
@@ -107,12 +116,12 @@ LocalIntegrator::Energies LocalIntegrator::energies_of_trial() const {
 LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Clock::time_point> deadline) {
     const auto start = Clock::now();
     report(options_.progress, "local step", -1.0);
-    check_holds(system_.op().op().laplacian(), holds);
+    check_holds(system_.op().op().laplacian(), holds, system_.columns());
     LocalStep result;
     if (holds.empty() && domain().empty()) {
         ++step_count_;
         forces_.resize(0, system_.columns());
-        error_.add(0.0);
+        error_.add(0.0, same_places(holds));
         result.error_bound = error_.bound();
         return result;
     }
@@ -145,7 +154,7 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     for (Hold& hold : velocities) {
         for (std::size_t c = 0; c < hold.value.size(); ++c) {
             double now = 0.0;
-            for (std::size_t j = 0; j < std::min(hold.vertices.size(), hold.weights.size()); ++j)
+            for (std::size_t j = 0; j < hold.vertices.size(); ++j)
                 now += hold.weights[j] * u_[domain.slot(hold.vertices[j])][c];
             hold.value[c] = (hold.value[c] - now) / step_;
         }
@@ -157,9 +166,17 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     // What the domain leaves out is measured against the largest state so far, so that it shrinks as a wave dies. What the
     // iteration leaves inside is measured against the present one: it would otherwise keep the surface trembling.
     const double tolerance = options_.tolerance * options_.tolerance * 2.0 * system_.sigma();
-    LocalSystem::Missing missing = system_.missing();
-    Energies trial = energies_of_trial();
+    LocalSystem::Missing missing;
+    Energies trial{};
     result.converged = false;
+    const auto measure = [&] {
+        missing = system_.missing();
+        trial = energies_of_trial();
+        if (std::isfinite(missing.total() + trial.stored + trial.dissipated)) return;
+        throw SolveError("the numbers of a local step overflow",
+                         "rescale the mesh, the coefficients or the path");
+    };
+    measure();
     while (result.iterations < options_.max_iterations) {
         const double allowed_inside = share_inside * tolerance * std::max(energy_, trial.stored);
         const double allowed_outside =
@@ -168,40 +185,52 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
         const bool grows = missing.outside > allowed_outside;
         const double inside =
             grows ? std::max(allowed_inside, share_inside * missing.outside) : allowed_inside;
-        if (missing.inside > inside) {
-            const auto run = system_.iterate(inside, options_.max_iterations - result.iterations, deadline);
+        // The old velocities are a good start, but kept as they are nothing would ever change in short steps.
+        const int least = result.iterations == 0 ? 1 : 0;
+        if (missing.inside > inside || (least == 1 && missing.inside > 0.0)) {
+            const auto run =
+                system_.iterate(inside, options_.max_iterations - result.iterations, deadline, least);
             result.iterations += run.count;
             const double before = missing.inside;
             system_.compute_residual();
-            missing = system_.missing();
-            trial = energies_of_trial();
-            if (!run.in_time) {
-                system_.balance();
-                missing = system_.missing();
-                trial = energies_of_trial();
-                result.in_time = false;
-                break;
-            }
-            if (!run.definite || (missing.inside > inside && missing.inside > 0.25 * before)) break;
-            continue;
+            measure();
+            result.in_time = run.in_time;
+            if (!run.in_time || !run.definite) break;
+            if (missing.inside > inside && missing.inside > 0.25 * before) break;
+            if (run.count > 0) continue;
         }
         if (!grows) {
             result.converged = true;
+            break;
+        }
+        if (deadline && Clock::now() >= *deadline) {
+            result.in_time = false;
             break;
         }
         grow(system_.growth(0.5 * allowed_outside));
         ++result.rounds;
         system_.prepare(weights_, velocities);
         system_.compute_residual();
-        missing = system_.missing();
+        measure();
     }
 
-    forces_ = system_.forces() / step_;
-    for (std::size_t h = 0; h < velocities.size(); ++h) {
-        for (std::size_t c = 0; c < velocities[h].value.size(); ++c) {
-            result.work += step_ * velocities[h].value[c] *
-                           forces_(static_cast<Eigen::Index>(h), static_cast<Eigen::Index>(c));
+    const auto close_books = [&] {
+        forces_ = system_.forces() / step_;
+        result.work = 0.0;
+        for (std::size_t h = 0; h < velocities.size(); ++h) {
+            for (std::size_t c = 0; c < velocities[h].value.size(); ++c) {
+                result.work += step_ * velocities[h].value[c] *
+                               forces_(static_cast<Eigen::Index>(h), static_cast<Eigen::Index>(c));
+            }
         }
+        result.dissipated = trial.dissipated;
+        result.taken_out = result.work - result.dissipated - (trial.stored - energy_);
+    };
+    close_books();
+    if (result.taken_out < 0.0) {
+        system_.balance();
+        measure();
+        close_books();
     }
     result.put_in = std::sqrt(missing.total() / (2.0 * system_.sigma()));
 
@@ -218,22 +247,32 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     ++step_count_;
     peak_energy_ = std::max(peak_energy_, trial.stored);
     result.scale = std::sqrt(peak_energy_);
-    result.dissipated = trial.dissipated;
-    result.taken_out = result.work - result.dissipated - (trial.stored - energy_);
     energy_ = trial.stored;
     reserve_ += result.taken_out;
 
     result.active = domain.active_count();
     result.slots = domain.slot_count() - 1;
     result.whole = result.active > 0 && result.slots == result.active;
-    if (result.in_time) result.put_in += let_go(result, !holds.empty());
-    error_.add(result.put_in);
+    result.put_in += let_go(result, !holds.empty());
+    error_.add(result.put_in, same_places(holds));
     result.error_bound = error_.bound();
     result.energy = energy_;
     result.products = system_.op().products() - products_before;
     result.bytes = system_.bytes() - bytes_before;
     result.seconds = std::chrono::duration<double>(Clock::now() - start).count();
     return result;
+}
+
+// Whether the points are held where those of the last step were.
+bool LocalIntegrator::same_places(std::span<const Hold> holds) {
+    std::vector<std::pair<Index, double>> places;
+    for (const Hold& hold : holds) {
+        for (std::size_t j = 0; j < hold.vertices.size(); ++j)
+            places.emplace_back(hold.vertices[j], hold.weights[j]);
+    }
+    const bool same = places == places_;
+    places_ = std::move(places);
+    return same;
 }
 
 // Lets quiet vertices go; the energy norm of what they held.

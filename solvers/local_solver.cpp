@@ -44,17 +44,39 @@ void require_converged(const LocalSummary& summary) {
         "allow more iterations or a larger tolerance");
 }
 
-void check_holds(const Laplacian& laplacian, std::span<const Hold> holds) {
+void check_holds(const Laplacian& laplacian, std::span<const Hold> holds, Index columns) {
     for (const Hold& hold : holds) {
-        for (const double value : hold.value) {
-            if (std::isfinite(value)) continue;
-            throw InputError(fmt::format("a point is held at the value {}", value), "give finite numbers");
+        double sum = 0.0;
+        for (const double weight : hold.weights)
+            sum += weight;
+        if (hold.vertices.empty() || hold.vertices.size() != hold.weights.size() ||
+            !(std::abs(sum - 1.0) < 1e-9)) {
+            throw InputError(fmt::format("a held point of {} vertices has {} weights of sum {}",
+                                         hold.vertices.size(), hold.weights.size(), sum),
+                             "give a weight for each vertex, of sum 1");
         }
-        for (const Index v : hold.vertices) {
+        if (static_cast<Index>(hold.value.size()) != columns) {
+            throw InputError(fmt::format("a held point has {} values, but the field has {} columns",
+                                         hold.value.size(), columns),
+                             "make both of the same width");
+        }
+        for (const double value : hold.value) {
+            // Squares of squares must neither overflow nor vanish.
+            if (value == 0.0 || (std::abs(value) > 1e-100 && std::abs(value) < 1e100)) continue;
+            throw InputError(fmt::format("a point is held at the value {}", value),
+                             "give 0 or a number between 1e-100 and 1e100 in size");
+        }
+        for (std::size_t j = 0; j < hold.vertices.size(); ++j) {
+            const Index v = hold.vertices[j];
             if (v < 0 || v >= laplacian.vertex_count()) {
                 throw InputError(
                     fmt::format("a point is held at vertex {} of {}", v, laplacian.vertex_count()),
                     "hold vertices of the mesh");
+            }
+            if (std::find(hold.vertices.begin(), hold.vertices.begin() + static_cast<std::ptrdiff_t>(j), v) !=
+                hold.vertices.begin() + static_cast<std::ptrdiff_t>(j)) {
+                throw InputError(fmt::format("a held point names vertex {} twice", laplacian.order().user(v)),
+                                 "name each vertex once");
             }
             if (laplacian.graph().degree(v) > 0) continue;
             throw InputError(fmt::format("vertex {} is isolated: a contact there moves nothing",
@@ -82,7 +104,8 @@ LocalSolver::LocalSolver(PdeOperator A, Index columns, LocalOptions options)
 
 LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     const auto start = std::chrono::steady_clock::now();
-    check_holds(system_.op().op().laplacian(), holds);
+    check_holds(system_.op().op().laplacian(), holds, system_.columns());
+    system_.forget_factor();  // of a solve that was cancelled
     LocalSummary summary;
     summary.tolerance = options_.tolerance;
     summary.vertices = system_.op().op().rows();
@@ -107,14 +130,15 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     // |u|_A^2 = u^T (b - r) with b = 0.
     const auto energy = [&] { return std::max(0.0, -system_.dot(system_.x, system_.r)); };
     // The part of the tolerance that what is let go in the end may use up, and that of the iteration inside.
-    constexpr double share_of_removal = 0.2;
+    constexpr double share_of_removal = 0.15;
     constexpr double share_inside = 0.01;
-    const double for_missing = std::pow((1.0 - share_of_removal) * options_.tolerance, 2);
+    const double for_missing = std::pow(0.8 * options_.tolerance, 2);
     // A factor costs about as much as this many iterations. Where Jacobi needs more for one round (K D K, slivers), each
     // further round gets a factor of its own.
     constexpr int worth_a_factor = 150;
     bool direct = false;
     bool fresh_factor = false;
+    bool factor_failed = false;
     double outside_before = 0.0;
     int since_growth = 0;
     LocalSystem::Missing missing = system_.missing();
@@ -126,10 +150,16 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
             summary.converged = true;
             break;
         }
+        if (!std::isfinite(missing.total() + scale)) {
+            throw SolveError("the numbers of a local solve overflow", "rescale the mesh or the coefficients");
+        }
         // Growing needs no more accuracy inside than what it is about to change.
         const double inside = share_inside * std::max(allowed, missing.outside);
         if (missing.inside > inside) {
-            if (direct && !fresh_factor) direct = fresh_factor = system_.factorize();
+            if (direct && !fresh_factor && !factor_failed) {
+                fresh_factor = system_.factorize();
+                factor_failed = !fresh_factor;
+            }
             const auto run = system_.iterate(
                 inside, std::min(worth_a_factor, options_.max_iterations - summary.iterations), {});
             summary.iterations += run.count;
@@ -137,28 +167,24 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
             const double before = missing.inside;
             system_.compute_residual();
             missing = system_.missing();
-            if (fresh_factor) {
-                missing.inside = std::min(missing.inside, system_.sigma() * system_.energy_inside());
-            }
+            if (fresh_factor) missing = system_.missing_by_factor();
             scale = energy();
             if (missing.inside > inside) {
                 const bool better = run.definite && missing.inside < 0.25 * before;
                 // What even a factor does not improve is rounding.
                 if (fresh_factor && !better) break;
-                if (!better || since_growth >= worth_a_factor) {
-                    const bool tried = direct;
-                    direct = true;
-                    if (!better && tried) break;
-                }
+                if (!better && factor_failed) break;
+                if (!better || since_growth >= worth_a_factor) direct = true;
             }
             continue;
         }
         std::vector<Index> grown = system_.growth(0.5 * allowed);
+        if (grown.empty()) break;
         system_.activate(grown, removed_, stretched_);
         // As many rings more as the decay of the last round promises to be needed, within reason.
         const double decay = std::log(outside_before / missing.outside);
         const double wanted = decay > 0.0 ? 0.5 * std::log(missing.outside / allowed) / decay : 0.0;
-        for (int ring = 0; ring < std::min(static_cast<int>(wanted), summary.rounds / 3); ++ring) {
+        for (int ring = 0; ring < static_cast<int>(std::min(wanted, summary.rounds / 3.0)); ++ring) {
             grown.clear();
             for (Index s = system_.domain().end(0); s < system_.domain().end(1); ++s)
                 grown.push_back(system_.domain().vertex(s));
@@ -173,7 +199,13 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
         missing = system_.missing();
     }
     system_.forget_factor();
+    // Along the field itself the solution is the best there is: the error is not larger, and the force is as good as its
+    // square.
+    system_.balance();
     forces_ = system_.forces();
+    summary.active = system_.domain().active_count();
+    summary.slots = system_.domain().slot_count() - 1;
+    summary.whole = summary.active > 0 && summary.slots == summary.active;
 
     const double error = std::sqrt(missing.total() / system_.sigma());
     double let_go = 0.0;
@@ -201,10 +233,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
             system_.deactivate(quiet, removed_, stretched_);
         }
     }
-    summary.error_bound = scale > 0.0 ? (error + let_go) / std::sqrt(scale) : 0.0;
-    summary.active = system_.domain().active_count();
-    summary.slots = system_.domain().slot_count() - 1;
-    summary.whole = summary.active > 0 && summary.slots == summary.active;
+    summary.error_bound = scale > 0.0 ? (error + let_go) / (std::sqrt(scale) - let_go) : 0.0;
     summary.products = system_.op().products() - products_before;
     summary.bytes = system_.bytes() - bytes_before;
     summary.memory_bytes = system_.memory_bytes();

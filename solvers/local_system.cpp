@@ -46,6 +46,16 @@ double weighted_dot(const std::vector<double>& weight, const SlotField& a, const
     });
 }
 
+// Of a Gram matrix of held points, where two of them may come to lie in the same place.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& gram) {
+    if (gram.rows() <= 1) return gram.cwiseInverse();
+    const Eigen::VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(gram.rows(), gram.cols());
+    decomposition.setThreshold(1e-10);
+    decomposition.compute(scale.asDiagonal() * gram * scale.asDiagonal());
+    return scale.asDiagonal() * decomposition.pseudoInverse() * scale.asDiagonal();
+}
+
 }  // namespace
 
 LocalSystem::LocalSystem(PdeOperator stiffness, Index columns)
@@ -57,6 +67,7 @@ LocalSystem::LocalSystem(PdeOperator stiffness, Index columns)
       p_(columns),
       q_(columns),
       z_(columns) {
+    if (columns < 1) throw InputError(fmt::format("a field of {} columns", columns), "give it one or more");
     const Laplacian& laplacian = operator_.op().laplacian();
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
         if (laplacian.graph().degree(v) > 0 && !(laplacian.mass()[v] > 0.0)) {
@@ -74,12 +85,6 @@ void LocalSystem::prepare(LocalOperator::Weights weights, std::span<const Hold> 
     std::vector<Eigen::Triplet<double>> entries;
     for (Eigen::Index h = 0; h < count; ++h) {
         const Hold& hold = holds[static_cast<std::size_t>(h)];
-        if (hold.vertices.empty() || hold.vertices.size() != hold.weights.size() ||
-            static_cast<Index>(hold.value.size()) != columns()) {
-            throw InputError(fmt::format("a held point of {} vertices has {} weights and {} values",
-                                         hold.vertices.size(), hold.weights.size(), hold.value.size()),
-                             fmt::format("give a weight for each vertex and {} values", columns()));
-        }
         held_.value.row(h) = Eigen::Map<const Eigen::RowVectorXd>(hold.value.data(), columns());
         for (std::size_t j = 0; j < hold.vertices.size(); ++j) {
             if (!domain_.is_active(hold.vertices[j])) {
@@ -115,11 +120,8 @@ void LocalSystem::prepare(LocalOperator::Weights weights, std::span<const Hold> 
     };
     held_.preconditioner = move_held(preconditioner_);
     held_.inverse_mass = move_held(inverse_mass_);
-    // A pseudo-inverse, because two contacts may come to lie on the same point.
     const auto inverse_gram = [&](const Eigen::VectorXd& weight) -> Eigen::MatrixXd {
-        const Eigen::MatrixXd gram = held_.C * weight.asDiagonal() * held_.C.transpose();
-        if (count <= 1) return gram.cwiseInverse();
-        return gram.completeOrthogonalDecomposition().pseudoInverse();
+        return pseudo_inverse(held_.C * weight.asDiagonal() * held_.C.transpose());
     };
     held_.inverse_gram_preconditioner = inverse_gram(held_.preconditioner);
     held_.inverse_gram_mass = inverse_gram(held_.inverse_mass);
@@ -156,7 +158,7 @@ void LocalSystem::fit_factor() {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t j = 0; j < held_.slots.size(); ++j)
         gram += held_.C.col(static_cast<Eigen::Index>(j)) * factor_->spread.row(held_.slots[j]);
-    factor_->inverse_gram = gram.completeOrthogonalDecomposition().pseudoInverse();
+    factor_->inverse_gram = pseudo_inverse(gram);
 }
 
 // B times a block over the slots below end(0): the factor for its rows, Jacobi for the others.
@@ -225,7 +227,18 @@ void LocalSystem::lift(const Eigen::MatrixXd& values, SlotField& field) const {
 }
 
 void LocalSystem::impose() {
-    if (!held_.slots.empty()) lift(held_.value - held_.C * at_held(x), x);
+    if (held_.slots.empty()) return;
+    const double scale = std::max(held_.value.cwiseAbs().maxCoeff(), at_held(x).cwiseAbs().maxCoeff());
+    lift(held_.value - held_.C * at_held(x), x);
+    const Eigen::MatrixXd lack = held_.value - held_.C * at_held(x);
+    // Written so that NaN is refused. Points that are closer together than 1e-5 of a cell count as one.
+    if (lack.cwiseAbs().maxCoeff() <= 2e-5 * scale) return;
+    Eigen::Index worst = 0;
+    (void)lack.rowwise().norm().maxCoeff(&worst);
+    throw InputError(
+        fmt::format("held point {} of {} lies in the place of others that are held at another value", worst,
+                    held_.value.rows()),
+        "keep contacts apart, or move them alike");
 }
 
 void LocalSystem::balance() {
@@ -267,6 +280,18 @@ LocalSystem::Missing LocalSystem::missing() const {
     return missing;
 }
 
+LocalSystem::Missing LocalSystem::missing_by_factor() {
+    Missing missing;
+    missing.inside = sigma() * std::max(0.0, precondition());
+    z_.fill_zero(domain_.end(0), domain_.slot_count());
+    operator_.apply(domain_, weights_, z_, q_, domain_.rings());
+    const std::ptrdiff_t end = static_cast<std::ptrdiff_t>(domain_.slot_count()) * x.width();
+    for (std::ptrdiff_t i = static_cast<std::ptrdiff_t>(domain_.end(0)) * x.width(); i < end; ++i)
+        q_.data()[i] = r.data()[i] - q_.data()[i];
+    missing.outside = weighted_dot(operator_.inverse_mass(), q_, q_, domain_.end(0), domain_.slot_count());
+    return missing;
+}
+
 std::vector<Index> LocalSystem::growth(double budget) const {
     const double share = budget / std::max(1, domain_.slot_count() - domain_.end(0));
     std::vector<Index> grown;
@@ -278,7 +303,7 @@ std::vector<Index> LocalSystem::growth(double budget) const {
 }
 
 LocalSystem::Iterations LocalSystem::iterate(double target, int most,
-                                             std::optional<Clock::time_point> deadline) {
+                                             std::optional<Clock::time_point> deadline, int least) {
     Iterations done;
     const Index end = domain_.end(0);
     const std::vector<double>& D = inverse_mass_;
@@ -326,7 +351,7 @@ LocalSystem::Iterations LocalSystem::iterate(double target, int most,
     Norms now = with_held({weighted_dot(P, r, r, 1, end), weighted_dot(D, r, r, 1, end)});
     done.inside = now.mass;
     done.reached = now.mass <= target;
-    if (done.reached || end == 1) return done;
+    if (end == 1 || now.preconditioned == 0.0 || (done.reached && least == 0)) return done;
     p_.fill_zero(0, domain_.slot_count());
     direction(0.0);
     while (done.count < most) {
@@ -359,7 +384,7 @@ LocalSystem::Iterations LocalSystem::iterate(double target, int most,
         bytes_ += static_cast<double>(end - 1) * static_cast<double>(x.width()) * 9 * sizeof(double);
         done.inside = next.mass;
         done.reached = next.mass <= target;
-        if (done.reached) break;
+        if (done.reached && done.count >= least) break;
         if (deadline && Clock::now() >= *deadline) {
             done.in_time = false;
             break;

@@ -27,7 +27,7 @@
 
 namespace beltrami {
 
-/// sum of weights[j] x(vertices[j]) = value, in the working order; vertices are different, weights sum to one.
+/// sum of weights[j] x(vertices[j]) = value, in the working order; the vertices differ, the weights sum to one.
 struct Hold {
     std::vector<Index> vertices;
     std::vector<double> weights = {1.0};
@@ -38,8 +38,8 @@ class LocalSystem {
   public:
     using Clock = std::chrono::steady_clock;
 
-    /// K~ = stiffness, whose sigma is the foundation. k columns. Throws InputError for a mesh with a vertex that has edges
-    /// but no mass.
+    /// K~ = stiffness, whose sigma is the foundation. k columns. Throws InputError for no columns, and for a mesh with a
+    /// vertex that has edges but no mass.
     LocalSystem(PdeOperator stiffness, Index columns);
 
     [[nodiscard]] const ActiveDomain& domain() const { return domain_; }
@@ -70,10 +70,11 @@ class LocalSystem {
     }
 
     /// Sets the coefficients and the held points, all of whose vertices are active. To be called again when the domain has
-    /// changed. Throws InputError for a hold that is not one: unequal lengths, vertices twice or not active.
+    /// changed. Throws InputError for a vertex that is not active.
     void prepare(LocalOperator::Weights weights, std::span<const Hold> holds);
 
-    /// Changes x the least (in the preconditioner's norm) so that the held points have their values.
+    /// Changes x the least (in the preconditioner's norm) so that the held points have their values. Throws InputError
+    /// where they cannot have: two points in the same place with different values.
     void impose();
 
     /// The residual on all slots, by one product.
@@ -103,13 +104,14 @@ class LocalSystem {
     /// where it is not positive definite to double precision.
     bool factorize();
     void forget_factor() { factor_.reset(); }
-    /// r^T A_SS^-1 r without the forces at held points, by the factor of all active vertices: |x - x_S|_A^2 with x_S the
-    /// exact solution on this domain. Missing::inside / sigma is never less, and far more where cells are thin.
-    [[nodiscard]] double energy_inside() { return precondition(); }
+    /// The same with the factor of all active vertices, by one product more: with z = A_SS^-1 r_S,
+    ///     r^T A^-1 r = r^T z + (r - A z)^T A^-1 (r - A z),
+    /// and r - A z lies in the rings but for rounding. Sharper than missing() where cells are thin.
+    [[nodiscard]] Missing missing_by_factor();
 
     /// Conjugate gradients from x, whose residual compute_residual() has left in r, until Missing::inside <= target, or
-    /// the limit, or the deadline; at least one step is taken when the target is not met.
-    Iterations iterate(double target, int most, std::optional<Clock::time_point> deadline);
+    /// the limit, or the deadline; at least `least` steps are taken where there is a residual at all.
+    Iterations iterate(double target, int most, std::optional<Clock::time_point> deadline, int least = 0);
 
     /// For an iteration that was stopped: scales what x has beyond the held values so that x^T r does no work, which a
     /// converged x and every iterate that started from zero have. The residual is that of x before and after.
@@ -183,7 +185,9 @@ std::vector<Index> LocalSystem::quiet_vertices(double budget, Size size) {
     const Index end = domain_.end(0);
     sizes_.assign(static_cast<std::size_t>(domain_.slot_count()), 0.0);
     std::array<double, 256> sums{};  // of the sizes of each power of two below the budget
-    const auto bucket = [&](double part) { return std::min(255, -std::ilogb(part / budget)); };
+    const auto bucket = [&](double part) {
+        return part < std::ldexp(budget, -254) ? 255 : std::min(255, -std::ilogb(part / budget));
+    };
     std::vector<Index> quiet;
     for (Index s = 1; s < end; ++s) {
         const double own = size(s);

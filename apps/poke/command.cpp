@@ -137,8 +137,7 @@ void add_poke(CLI::App& program, Run& run) {
     command->add_option("--rate", options->poke.rate, "steps per unit of time (default: 1000)")
         ->option_text("R");
     command
-        ->add_option("--time", options->poke.time,
-                     "how long (default: until rest, at most twice as long as the paths)")
+        ->add_option("--time", options->poke.time, "how long (default: until rest, for ten swings at most)")
         ->option_text("T");
     command
         ->add_option("--tolerance", options->poke.local.tolerance,
@@ -229,9 +228,15 @@ void add_poke(CLI::App& program, Run& run) {
                 fmt::format("at most {} of {} vertices; {}", result.most_active, mesh.vertex_count(),
                             result.at_rest ? "empty at the end" : "still moving at the end"));
         run.say("force", fmt::format("at most {:.6g}", result.largest_force));
-        run.say("error", fmt::format("against the whole mesh below {:.2g} of the largest energy norm",
-                                     result.error_bound));
-        if (result.whole) run.warn("the domain grew to the whole mesh: those steps were global ones");
+        run.say("error",
+                fmt::format("against the whole mesh below {:.2g} of the largest energy norm, while contacts "
+                            "keep their places",
+                            result.error_bound));
+        if (result.whole) {
+            run.warn(
+                fmt::format("the domain grew to {}: those steps were global ones",
+                            result.whole_mesh ? "the whole mesh" : "all of the component that is touched"));
+        }
         if (result.late_steps > 0) {
             run.warn(
                 fmt::format("{} of {} steps were late: they stopped at their last iterate, which the "

@@ -53,6 +53,34 @@ std::optional<Waypoint> at_time(const ContactPath& path, double time, double sla
                     a.displacement + part * (next->displacement - a.displacement)};
 }
 
+// Every step's contact before the first is made: between waypoints the straight way may leave the surface, or come closer
+// to another part of it.
+void check_way(const ContactPath& path, const SurfaceSearch& surface, double reach, double dt,
+               const Progress* progress) {
+    for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+        const Waypoint& a = path[i];
+        const Waypoint& b = path[i + 1];
+        const double length = (b.point - a.point).norm();
+        if (length == 0.0) continue;
+        const double steps = std::ceil((b.time - a.time) / dt);
+        // An arc of a quarter of a circle is as far from its chord as a fifth of the chord's length.
+        const double far = reach + 0.25 * length;
+        const double jump = reach + 4.0 * length / steps;
+        Vector3 before = surface.closest(a.point).point;
+        for (double step = 1.0; step <= steps; ++step) {
+            report(progress, "path", -1.0);
+            const SurfacePoint hit =
+                surface.closest(a.point + std::min(1.0, step / steps) * (b.point - a.point));
+            if (hit.distance > far || (hit.point - before).norm() > jump) {
+                throw InputError(
+                    fmt::format("{} the straight way from the last waypoint leaves the surface", b.place),
+                    "write waypoints in between, along the surface");
+            }
+            before = hit.point;
+        }
+    }
+}
+
 // Corners that weigh next to nothing only make the domain larger.
 Hold hold_of(const ContactState& contact, const Renumbering& order) {
     Hold hold{{}, {}, {contact.displacement.begin(), contact.displacement.end()}};
@@ -110,12 +138,18 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
     double end = -start;
     for (const ContactPath& path : paths) {
         check_path(path, surface, options.reach * diagonal_of(mesh));
+        check_way(path, surface, options.reach * diagonal_of(mesh), 1.0 / options.rate, options.progress);
         start = std::min(start, path.front().time);
         end = std::max(end, path.back().time);
     }
     const double dt = 1.0 / options.rate;
     const double touched = end - start + dt;
-    const double steps = std::ceil(options.time.value_or(2.0 * touched) / dt - 1e-9);
+    const double periods =
+        options.skin.foundation > 0.0
+            ? 10.0 * 2.0 * 3.14159265358979323846 * std::sqrt(options.skin.alpha / options.skin.foundation)
+            : 0.0;
+    const double steps =
+        std::max(1.0, std::ceil(options.time.value_or(touched + std::max(touched, periods)) / dt - 1e-9));
     if (steps > std::numeric_limits<int>::max()) {
         throw InputError(fmt::format("{:.3g} steps", steps), "lower the rate, or shorten the path");
     }
@@ -146,6 +180,7 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
     }
 
     LocalIntegrator motion(laplacian, options.skin, dt, 3, options.local);
+    const Index connected = laplacian.vertex_count() - laplacian.isolated_vertices();
     PokeResult result;
     std::vector<double> seconds;
     double lag = 0.0;
@@ -173,6 +208,7 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         result.steps = step;
         result.most_active = std::max(result.most_active, local.active);
         result.whole = result.whole || local.whole;
+        result.whole_mesh = result.whole_mesh || (local.whole && local.active == connected);
         result.late_steps += local.in_time ? 0 : 1;
         result.unconverged_steps += local.in_time && !local.converged ? 1 : 0;
         result.work += local.work;

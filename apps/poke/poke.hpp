@@ -3,7 +3,7 @@
 //     const SurfaceSearch surface(mesh);
 //     ContactPath finger = {{{0.0, p, {0, 0, 0}}, {0.1, p, {0, 0, -0.05}}, {0.3, q, {0, 0, -0.05}}}};
 //     PokeOptions options{.skin = skin_of(mesh)};
-//     options.on_step = [](const PokeStep& step) { use(step.forces, step.local.active); };
+//     options.on_step = [](const PokeStep& step) { use(step.contacts[0].force, step.local.active); };
 //     PokeResult result = poke(mesh, laplacian, {finger}, options);
 //
 // Solves alpha M u'' + (beta_1 M + beta_2 K~) u' + K~ u = f for the displacement u on a domain that adjusts itself
@@ -37,7 +37,7 @@ struct PokeOptions {
     Pde skin;              ///< skin_of(mesh), or your own
     double rate = 1000.0;  ///< steps per unit of time
     /// How long to go on: by default until the surface is at rest after the last contact, at most as long again as the
-    /// paths took.
+    /// paths took or ten swings of the foundation, whichever is longer.
     std::optional<double> time = {};
     /// Gives each step 1 / rate seconds, of which late steps borrow from the next ones; a step that would overrun stops at
     /// its last iterate, scaled so that it adds no energy. One unit of time is then a second.
@@ -72,7 +72,8 @@ struct PokeResult {
     int steps = 0;
     bool at_rest = false;  ///< the domain is empty
     Index most_active = 0;
-    bool whole = false;  ///< at some time the domain was the whole mesh: those were global steps
+    bool whole = false;       ///< at some time nothing lay outside the domain: those were global steps
+    bool whole_mesh = false;  ///< and it was all of the mesh, not only the components that are touched
     int late_steps = 0;
     int unconverged_steps = 0;  ///< for another reason than the clock
     double largest_force = 0.0;
@@ -90,9 +91,10 @@ struct PokeResult {
 /// gamma_1 = omega^2 l^2 / 5, gamma_2 = omega^2 l^4, beta_1 = 2 omega.
 Pde skin_of(const Mesh& mesh);
 
-/// Throws InputError for no paths, an empty one, times that do not ascend, waypoints that are off the surface, a rate or
+/// Throws InputError for no paths, an empty one, times that do not ascend, waypoints and ways between them that are off the surface, a rate or
 /// time that is not positive, a rate that this machine cannot meet in real time even on the smallest domain, a skin that
-/// has no mass; Cancelled after steps that on_step has seen.
+/// has no mass, contacts in one place that are moved apart; SolveError for numbers that overflow; Cancelled after steps
+/// that on_step has seen.
 PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<ContactPath>& paths,
                 const PokeOptions& options);
 

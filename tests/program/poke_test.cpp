@@ -62,7 +62,6 @@ TEST(PokeCommand, LogsEveryStepAndWritesWhatItSays) {
     for (std::size_t i = 1; i < log.size(); ++i)
         most = std::max(most, std::stod(log[i][column("active")]));
     EXPECT_EQ(most, json["result"]["most_active"].get<double>());
-    EXPECT_EQ(log.back()[column("active")], "0");
     EXPECT_EQ(log[5][column("touching_1")], "0");
     EXPECT_EQ(log[20][column("touching_1")], "1");
     EXPECT_LT(std::stod(log[30][column("fz_0")]), 0.0);
@@ -96,6 +95,7 @@ TEST(PokeCommand, RefusesBadInputAndWritesNothing) {
     refused("time,vertex\nnonsense\n", {}, "not a waypoint");
     refused("# nothing\n", {}, "no waypoints");
     refused("0,3,nan,0,0\n", {}, "");
+    refused("0,3,1e200,0,0\n0.1,3,1e200,0,0\n", {}, "between 1e-100 and 1e100");
     refused("", {"--rate", "0"}, "rate");
     refused("", {"--rate", "-5"}, "rate");
     refused("", {"--rate", "1e10", "--real-time"}, "rate");
@@ -140,12 +140,10 @@ TEST(PokeCommand, EveryRealSurfaceGivesWay) {
         const Mesh mesh = read_mesh(entry.path());
         if (mesh.vertex_count() > BELTRAMI_LARGEST_MESH) continue;
         Index v = mesh.vertex_count() / 3;
-        const Laplacian* surface = nullptr;
-        std::optional<Laplacian> laplacian;
+        if (mesh.kind() == CellKind::tetrahedron) v = boundary_vertices(mesh)[0];
         if (mesh.cell_count() > 0) {
-            laplacian.emplace(mesh);
-            surface = &*laplacian;
-            while (surface->graph().degree(surface->order().working(v)) == 0)
+            const Laplacian laplacian(mesh);
+            while (laplacian.graph().degree(laplacian.order().working(v)) == 0)
                 ++v;
         }
         const double depth =

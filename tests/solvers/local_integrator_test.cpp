@@ -211,6 +211,43 @@ TEST(LocalIntegrator, IsPassive) {
     }
 }
 
+// Short steps in which next to nothing changes, and large tolerances.
+TEST(LocalIntegrator, IsPassiveAndComesToRestWhateverTheStepAndTheTolerance) {
+    const Laplacian laplacian(shapes::icosphere(3));
+    const Pde pde = skin(laplacian, 1.5, 100.0);
+    for (const double step : {1e-2, 1e-3, 1e-4, 2e-5}) {
+        for (const double tolerance : {1e-3, 2e-2, 0.2, 0.5}) {
+            LocalIntegrator motion(laplacian, pde, step, 2, {.tolerance = tolerance});
+            double balance = 0.0;
+            double largest = 0.0;
+            const auto pressed = static_cast<int>(0.02 / step);
+            for (int s = 1; s <= pressed; ++s) {
+                const LocalStep result =
+                    motion.advance(std::array{Hold{{300}, {1.0}, {0.1 * s / pressed, -0.2 * s / pressed}}});
+                balance += result.work - result.dissipated;
+                largest = std::max(largest, balance);
+                ASSERT_GE(balance - result.energy, -1e-9 * largest) << step << " " << tolerance << " " << s;
+            }
+            const auto most = static_cast<int>(0.5 / step);
+            int s = 0;
+            for (; s < most && !motion.domain().empty(); ++s) {
+                const LocalStep result = motion.advance({});
+                balance -= result.dissipated;
+                ASSERT_GE(balance - result.energy, -1e-9 * largest) << step << " " << tolerance << " " << s;
+            }
+            EXPECT_TRUE(motion.domain().empty()) << step << " " << tolerance;
+        }
+    }
+}
+
+TEST(LocalIntegrator, OverflowIsAnErrorAndChangesNothing) {
+    const Laplacian laplacian(shapes::icosphere(2));
+    LocalIntegrator motion(laplacian, skin(laplacian, 1.5, 10.0), 1e-60, 1);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, {1e99}}}), SolveError);
+    EXPECT_EQ(motion.time(), 0.0);
+    EXPECT_EQ(motion.u().cwiseAbs().maxCoeff(), 0.0);
+}
+
 TEST(LocalIntegrator, LateStepsSaySoAndCatchUp) {
     const Laplacian laplacian(shapes::icosphere(4));
     const Pde pde = skin(laplacian, 3.0, 60.0);
@@ -265,6 +302,11 @@ TEST(LocalIntegrator, StepsThatAreAlwaysLateAddNoEnergy) {
         ASSERT_GE(balance - result.energy, -1e-9 * largest) << "step " << step;
     }
     EXPECT_GT(late, 200);
+    // And let go, it is empty some time after.
+    int step = 0;
+    for (; step < 20000 && !motion.domain().empty(); ++step)
+        (void)motion.advance({}, LocalIntegrator::Clock::time_point::min());
+    EXPECT_TRUE(motion.domain().empty());
 }
 
 TEST(LocalIntegrator, StepsCostTheSameWhereTheMeshIsRefinedElsewhere) {
@@ -324,6 +366,12 @@ TEST(LocalIntegrator, RefusesBadStepsAndHolds) {
     EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, {1.0, 2.0}}}), InputError);
     EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0, 2.0}, {1.0}}}), InputError);
     EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, {NAN}}}), InputError);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, {1e200}}}), InputError);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, std::vector<double>(1000, 1.0)}}), InputError);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3, 3}, {0.5, 0.5}, {1.0}}}), InputError);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3, 4}, {0.5, 0.4}, {1.0}}}), InputError);
+    EXPECT_THROW(motion.advance(std::array{Hold{{3}, {1.0}, {1.0}}, Hold{{3}, {1.0}, {2.0}}}), InputError);
+    EXPECT_THROW(LocalIntegrator(laplacian, pde, dt, 0), InputError);
     EXPECT_EQ(motion.time(), 0.0);
     EXPECT_TRUE(motion.advance(std::array{Hold{{3}, {1.0}, {1.0}}}).converged);
     EXPECT_EQ(motion.time(), dt);
