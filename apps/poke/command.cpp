@@ -211,6 +211,7 @@ void add_poke(CLI::App& program, Run& run) {
         run.result()["at_rest"] = result.at_rest;
         run.result()["most_active"] = result.most_active;
         run.result()["largest_force"] = result.largest_force;
+        run.result()["largest_put_in"] = result.largest_put_in;
         run.result()["error_bound"] = result.error_bound;
         run.result()["late_steps"] = result.late_steps;
         run.result()["work"] = result.work;
@@ -228,10 +229,11 @@ void add_poke(CLI::App& program, Run& run) {
                 fmt::format("at most {} of {} vertices; {}", result.most_active, mesh.vertex_count(),
                             result.at_rest ? "empty at the end" : "still moving at the end"));
         run.say("force", fmt::format("at most {:.6g}", result.largest_force));
-        run.say("error",
-                fmt::format("against the whole mesh below {:.2g} of the largest energy norm, while contacts "
-                            "keep their places",
-                            result.error_bound));
+        run.say(
+            "error",
+            fmt::format("each step puts in at most {:.2g} of the largest energy norm; all of them together "
+                        "below {:.2g} while contacts keep their places",
+                        result.largest_put_in, result.error_bound));
         if (result.whole) {
             run.warn(
                 fmt::format("the domain grew to {}: those steps were global ones",

@@ -215,6 +215,8 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         result.dissipated += local.dissipated;
         result.iterations += local.iterations;
         scale = std::max(scale, local.scale);
+        if (local.scale > 0.0)
+            result.largest_put_in = std::max(result.largest_put_in, local.put_in / local.scale);
         result.error_bound = scale > 0.0 ? local.error_bound / scale : 0.0;
         if (options.on_step)
             options.on_step({step, static_cast<int>(steps), time, local, lag, contacts, motion});

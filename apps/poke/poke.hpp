@@ -77,6 +77,8 @@ struct PokeResult {
     int late_steps = 0;
     int unconverged_steps = 0;  ///< for another reason than the clock
     double largest_force = 0.0;
+    double largest_put_in =
+        0.0;  ///< LocalStep::put_in of one step, relative to the largest energy norm at that time
     double error_bound = 0.0;  ///< LocalStep::error_bound at the end, relative to the largest energy norm
     double median_seconds = 0.0;
     double percentile_99_seconds = 0.0;

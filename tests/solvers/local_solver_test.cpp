@@ -2,6 +2,7 @@
 
 #include "beltrami/solvers/local_solver.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
