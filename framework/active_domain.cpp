@@ -28,7 +28,7 @@ void ActiveDomain::exchange(Index a, Index b) {
     // By way of the twins, which do not move, this is right for slots that are neighbours too.
     const auto point_at = [&](const Slot& from, Index to) {
         for (auto e = static_cast<std::size_t>(from.begin);
-             e < static_cast<std::size_t>(from.begin + from.size); ++e) {
+             e < static_cast<std::size_t>(from.begin) + static_cast<std::size_t>(from.size); ++e) {
             if (neighbours_[e] != 0) neighbours_[static_cast<std::size_t>(twins_[e])] = to;
         }
     };
@@ -73,7 +73,7 @@ Index ActiveDomain::insert(Index vertex) {
     slots_.push_back({vertex, begin, size});
     slot_of_vertex_.emplace(vertex, slot);
     for (Index k = 0; k < size; ++k) {
-        const auto entry = static_cast<std::size_t>(begin + k);
+        const auto entry = static_cast<std::size_t>(begin) + static_cast<std::size_t>(k);
         const Index other = neighbours[static_cast<std::size_t>(k)].vertex;
         const Index q = this->slot(other);
         neighbours_[entry] = q;
@@ -95,8 +95,8 @@ Index ActiveDomain::insert(Index vertex) {
 void ActiveDomain::remove(Index slot) {
     exchange(slot, slot_count() - 1);
     const Slot last = slots_.back();
-    for (auto e = static_cast<std::size_t>(last.begin); e < static_cast<std::size_t>(last.begin + last.size);
-         ++e) {
+    for (auto e = static_cast<std::size_t>(last.begin);
+         e < static_cast<std::size_t>(last.begin) + static_cast<std::size_t>(last.size); ++e) {
         if (neighbours_[e] != 0) neighbours_[static_cast<std::size_t>(twins_[e])] = 0;
     }
     free_rows_[static_cast<std::size_t>(last.size)].push_back(last.begin);

@@ -34,7 +34,7 @@ std::size_t sweep(const Sweep& a) {
     using In = Eigen::Map<const Row>;
     using Out = Eigen::Map<Row>;
     const Index width = W == Eigen::Dynamic ? a.width : W;
-    const auto at = [width](Index slot) { return static_cast<std::ptrdiff_t>(slot) * width; };
+    const auto at = [&](Index slot) { return static_cast<std::ptrdiff_t>(slot) * width; };
     const Index* const entries = a.domain->entries();
     Row sum(width);
     std::size_t walked = 0;
