@@ -28,4 +28,13 @@ Constraints hold_outside(std::span<const Index> region, Index vertex_count) {
     return held;
 }
 
+Index isolated_inside(const Laplacian& laplacian, const Constraints& held) {
+    Index count = 0;
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        const bool isolated = laplacian.graph().degree(laplacian.order().working(v)) == 0;
+        count += isolated && !held.is_fixed(v) ? 1 : 0;
+    }
+    return count;
+}
+
 }  // namespace beltrami

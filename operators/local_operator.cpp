@@ -53,16 +53,8 @@ std::size_t sweep(const Sweep& a) {
 }
 
 std::size_t run(const Sweep& a) {
-    switch (a.width) {
-        case 1:
-            return sweep<1>(a);
-        case 2:
-            return sweep<2>(a);
-        case 4:
-            return sweep<4>(a);
-        default:
-            return sweep<Eigen::Dynamic>(a);
-    }
+    return with_width(a.width,
+                      [&](auto fixed) { return sweep < fixed() == 0 ? Eigen::Dynamic : fixed() > (a); });
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "beltrami/framework/active_domain.hpp"
@@ -59,6 +60,21 @@ class SlotField {
     Index width_;
     std::vector<double> values_;
 };
+
+/// body(w) with w() the width of a row where it is a usual one, known to the compiler, and 0 for others.
+template <class Body>
+auto with_width(Index width, Body body) {
+    switch (width) {
+        case 1:
+            return body(std::integral_constant<int, 1>());
+        case 2:
+            return body(std::integral_constant<int, 2>());
+        case 4:
+            return body(std::integral_constant<int, 4>());
+        default:
+            return body(std::integral_constant<int, 0>());
+    }
+}
 
 /// One follower of ActiveDomain::replay made of several.
 template <class... Followers>

@@ -79,8 +79,6 @@ LocalIntegrator::LocalIntegrator(const Laplacian& laplacian, Pde pde, double ste
       u_(columns),
       v_(columns),
       stretched_(columns),
-      removed_u_(columns),
-      removed_v_(columns),
       weights_{pde_.alpha + pde_.beta_1 * step, (pde_.beta_2 + step) * step},
       forces_(0, columns) {
     options_.check();
@@ -90,33 +88,35 @@ LocalIntegrator::LocalIntegrator(const Laplacian& laplacian, Pde pde, double ste
     error_ = ErrorBound(halving_steps(pde_, step));
 }
 
-// Of the state that the system's unknown leads to; its residual is at hand.
+// K~ x of the system's unknown, from A x = b - r: its residual is at hand.
+double LocalIntegrator::stretching(Index s, Index c) const {
+    const double mass = weights_.mass * system_.op().mass()[static_cast<std::size_t>(s)];
+    return (system_.b[s][c] - system_.r[s][c] - mass * system_.x[s][c]) / weights_.stiffness;
+}
+
+// Of the state that the system's unknown leads to.
 LocalIntegrator::Energies LocalIntegrator::energies_of_trial() const {
-    double kinetic = 0.0;
+    double moving = 0.0;  // x^T M x
     double elastic = 0.0;
-    double damped_mass = 0.0;
     double damped_stiffness = 0.0;
     for (Index s = 1; s < system_.domain().end(0); ++s) {
         const double mass = system_.op().mass()[static_cast<std::size_t>(s)];
         for (Index c = 0; c < system_.columns(); ++c) {
             const double x = system_.x[s][c];
-            // K~ x, from A x = b - r.
-            const double stretching =
-                (system_.b[s][c] - system_.r[s][c] - weights_.mass * mass * x) / weights_.stiffness;
-            kinetic += mass * x * x;
-            elastic += (u_[s][c] + step_ * x) * (stretched_[s][c] + step_ * stretching);
-            damped_mass += mass * x * x;
-            damped_stiffness += x * stretching;
+            const double change = stretching(s, c);
+            moving += mass * x * x;
+            elastic += (u_[s][c] + step_ * x) * (stretched_[s][c] + step_ * change);
+            damped_stiffness += x * change;
         }
     }
-    return {0.5 * pde_.alpha * kinetic + 0.5 * std::max(0.0, elastic),
-            step_ * (pde_.beta_1 * damped_mass + pde_.beta_2 * damped_stiffness)};
+    return {0.5 * pde_.alpha * moving + 0.5 * std::max(0.0, elastic),
+            step_ * (pde_.beta_1 * moving + pde_.beta_2 * damped_stiffness)};
 }
 
 LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Clock::time_point> deadline) {
     const auto start = Clock::now();
     report(options_.progress, "local step", -1.0);
-    check_holds(system_.op().op().laplacian(), holds, system_.columns());
+    const std::vector<Index> touched = system_.vertices_of(holds);
     LocalStep result;
     if (holds.empty() && domain().empty()) {
         ++step_count_;
@@ -128,11 +128,8 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     const long products_before = system_.op().products();
     const double bytes_before = system_.bytes();
 
-    std::vector<Index> touched;
-    for (const Hold& hold : holds)
-        touched.insert(touched.end(), hold.vertices.begin(), hold.vertices.end());
     const auto grow = [&](std::span<const Index> vertices) {
-        system_.activate(vertices, u_, v_, stretched_, removed_u_, removed_v_);
+        system_.activate(vertices, u_, v_, stretched_);
     };
     grow(touched);
     const ActiveDomain& domain = this->domain();
@@ -235,12 +232,10 @@ LocalStep LocalIntegrator::advance(std::span<const Hold> holds, std::optional<Cl
     result.put_in = std::sqrt(missing.total() / (2.0 * system_.sigma()));
 
     for (Index s = 1; s < domain.slot_count(); ++s) {
-        const double mass = weights_.mass * system_.op().mass()[static_cast<std::size_t>(s)];
         for (Index c = 0; c < u_.width(); ++c) {
-            const double x = system_.x[s][c];
-            u_[s][c] += step_ * x;
-            v_[s][c] = x;
-            stretched_[s][c] += step_ * (system_.b[s][c] - system_.r[s][c] - mass * x) / weights_.stiffness;
+            u_[s][c] += step_ * system_.x[s][c];
+            v_[s][c] = system_.x[s][c];
+            stretched_[s][c] += step_ * stretching(s, c);
         }
     }
     ++stretched_age_;
@@ -285,51 +280,42 @@ double LocalIntegrator::let_go(LocalStep& result, bool held) {
         reserve_ += energy_;
         energy_ = 0.0;
         peak_energy_ = 0.0;
-        system_.clear(u_, v_, stretched_, removed_u_, removed_v_);
+        system_.clear(u_, v_, stretched_);
         return norm;
     }
+    const auto moving = [&](Index s) {
+        double square = 0.0;
+        for (Index c = 0; c < v_.columns(); ++c)
+            square += v_[s][c] * v_[s][c];
+        return pde_.alpha * system_.op().mass()[static_cast<std::size_t>(s)] * square;
+    };
     // A vertex weighs what it holds, or what missing it would put into the error of the next step if that is more.
     const double reach = step_ * step_ / system_.sigma();
     const std::vector<Index> quiet = system_.quiet_vertices(0.25 * budget, [&](Index s) {
         const auto at = static_cast<std::size_t>(s);
         const double diagonal = system_.op().diagonal()[at];
-        double moving = 0.0;
         double displaced = 0.0;
-        for (Index c = 0; c < u_.columns(); ++c) {
-            moving += v_[s][c] * v_[s][c];
+        for (Index c = 0; c < u_.columns(); ++c)
             displaced += u_[s][c] * u_[s][c];
-        }
-        return 0.5 * pde_.alpha * system_.op().mass()[at] * moving +
+        return 0.5 * moving(s) +
                0.5 * diagonal * displaced * (1.0 + reach * diagonal * system_.op().inverse_mass()[at]);
     });
     // Not worth a product for a handful.
     if (quiet.empty() || std::ssize(quiet) * 50 < domain.active_count()) return 0.0;
 
-    removed_u_.fill_zero(0, domain.slot_count());
-    removed_v_.fill_zero(0, domain.slot_count());
-    for (const Index v : quiet) {
-        const Index s = domain.slot(v);
-        std::copy_n(u_[s], u_.width(), removed_u_[s]);
-        std::copy_n(v_[s], v_.width(), removed_v_[s]);
-    }
-    // E(u - du, v - dv) - E(u, v), and E(du, dv).
-    SlotField& pull = system_.b;
-    system_.op().apply(domain, {0.0, 1.0}, removed_u_, pull, 0);
-    const double own =
-        0.5 * pde_.alpha * system_.mass_dot(removed_v_, removed_v_) + 0.5 * system_.dot(removed_u_, pull);
-    const double change = own - pde_.alpha * system_.mass_dot(removed_v_, v_) - system_.dot(u_, pull);
+    // E(du, dv) of what they hold, and E(u - du, v - dv) - E(u, v).
+    const LocalSystem::Part pull = system_.part(quiet, u_);
+    double momentum = 0.0;  // alpha dv^T M v
+    for (const Index v : quiet)
+        momentum += moving(domain.slot(v));
+    const double own = 0.5 * momentum + 0.5 * pull.own;
+    const double change = own - momentum - pull.all;
     if (own > budget || change > reserve_) return 0.0;
     reserve_ -= change;
     energy_ += change;
     result.taken_out -= change;
-    for (const Index v : quiet) {
-        const Index s = domain.slot(v);
-        u_.fill_zero(s, s + 1);
-        v_.fill_zero(s, s + 1);
-        system_.x.fill_zero(s, s + 1);
-    }
     stretched_age_ = -1;
-    system_.deactivate(quiet, u_, v_, stretched_, removed_u_, removed_v_);
+    system_.deactivate(quiet, u_, v_, stretched_);
     return std::sqrt(std::max(0.0, own));
 }
 
@@ -342,7 +328,7 @@ Block LocalIntegrator::v() const {
 
 std::size_t LocalIntegrator::memory_bytes() const {
     std::size_t bytes = system_.memory_bytes();
-    for (const SlotField* field : {&u_, &v_, &stretched_, &removed_u_, &removed_v_})
+    for (const SlotField* field : {&u_, &v_, &stretched_})
         bytes += field->memory_bytes();
     return bytes;
 }

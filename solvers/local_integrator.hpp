@@ -39,7 +39,7 @@ struct LocalStep {
     long products = 0;   ///< with K, over the domain
     double bytes = 0.0;  ///< of compact storage streamed through
     double seconds = 0.0;
-    bool in_time = true;  ///< false: stopped at the deadline; what is missing is made up for in the next step
+    bool in_time = true;       ///< false: stopped at the deadline; the error put in dies out with the motion
     bool converged = true;     ///< false: late, or the limit of iterations
     double put_in = 0.0;       ///< the step's part of the error bound, in the energy norm
     double error_bound = 0.0;  ///< of all steps so far
@@ -86,6 +86,7 @@ class LocalIntegrator {
         double stored;
         double dissipated;
     };
+    [[nodiscard]] double stretching(Index slot, Index column) const;
     [[nodiscard]] Energies energies_of_trial() const;
     double let_go(LocalStep& result, bool held);
     bool same_places(std::span<const Hold> holds);
@@ -107,7 +108,7 @@ class LocalIntegrator {
     double step_;
     LocalOptions options_;
     LocalSystem system_;  // its unknown is the new velocity
-    SlotField u_, v_, stretched_, removed_u_, removed_v_;
+    SlotField u_, v_, stretched_;
     LocalOperator::Weights weights_;
     std::vector<std::pair<Index, double>> places_;  // of the points held in the last step
     Block forces_;

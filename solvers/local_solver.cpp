@@ -13,6 +13,9 @@ namespace beltrami {
 
 namespace {
 
+// The part of the tolerance that what is let go in the end may use up.
+constexpr double share_of_removal = 0.15;
+
 PdeOperator with_foundation(PdeOperator A) {
     if (A.sigma() > 0.0) return A;
     throw InputError("a local solve needs a foundation: without one a held point moves the whole mesh",
@@ -44,48 +47,6 @@ void require_converged(const LocalSummary& summary) {
         "allow more iterations or a larger tolerance");
 }
 
-void check_holds(const Laplacian& laplacian, std::span<const Hold> holds, Index columns) {
-    for (const Hold& hold : holds) {
-        double sum = 0.0;
-        for (const double weight : hold.weights)
-            sum += weight;
-        if (hold.vertices.empty() || hold.vertices.size() != hold.weights.size() ||
-            !(std::abs(sum - 1.0) < 1e-9)) {
-            throw InputError(fmt::format("a held point of {} vertices has {} weights of sum {}",
-                                         hold.vertices.size(), hold.weights.size(), sum),
-                             "give a weight for each vertex, of sum 1");
-        }
-        if (static_cast<Index>(hold.value.size()) != columns) {
-            throw InputError(fmt::format("a held point has {} values, but the field has {} columns",
-                                         hold.value.size(), columns),
-                             "make both of the same width");
-        }
-        for (const double value : hold.value) {
-            // Squares of squares must neither overflow nor vanish.
-            if (value == 0.0 || (std::abs(value) > 1e-100 && std::abs(value) < 1e100)) continue;
-            throw InputError(fmt::format("a point is held at the value {}", value),
-                             "give 0 or a number between 1e-100 and 1e100 in size");
-        }
-        for (std::size_t j = 0; j < hold.vertices.size(); ++j) {
-            const Index v = hold.vertices[j];
-            if (v < 0 || v >= laplacian.vertex_count()) {
-                throw InputError(
-                    fmt::format("a point is held at vertex {} of {}", v, laplacian.vertex_count()),
-                    "hold vertices of the mesh");
-            }
-            if (std::find(hold.vertices.begin(), hold.vertices.begin() + static_cast<std::ptrdiff_t>(j), v) !=
-                hold.vertices.begin() + static_cast<std::ptrdiff_t>(j)) {
-                throw InputError(fmt::format("a held point names vertex {} twice", laplacian.order().user(v)),
-                                 "name each vertex once");
-            }
-            if (laplacian.graph().degree(v) > 0) continue;
-            throw InputError(fmt::format("vertex {} is isolated: a contact there moves nothing",
-                                         laplacian.order().user(v)),
-                             "touch a vertex of a cell that has an area");
-        }
-    }
-}
-
 Block scattered(const ActiveDomain& domain, const SlotField& field, Index rows) {
     Block result = Block::Zero(rows, field.columns());
     for (Index s = 1; s < domain.end(0); ++s)
@@ -94,23 +55,19 @@ Block scattered(const ActiveDomain& domain, const SlotField& field, Index rows) 
 }
 
 LocalSolver::LocalSolver(PdeOperator A, Index columns, LocalOptions options)
-    : options_(options),
-      system_(with_foundation(std::move(A)), columns),
-      removed_(columns),
-      stretched_(columns),
-      forces_(0, columns) {
+    : options_(options), system_(with_foundation(std::move(A)), columns), forces_(0, columns) {
     options_.check();
 }
 
 LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     const auto start = std::chrono::steady_clock::now();
-    check_holds(system_.op().op().laplacian(), holds, system_.columns());
+    const std::vector<Index> touched = system_.vertices_of(holds);
     system_.forget_factor();  // of a solve that was cancelled
     LocalSummary summary;
     summary.tolerance = options_.tolerance;
     summary.vertices = system_.op().op().rows();
     if (holds.empty()) {
-        system_.clear(removed_, stretched_);
+        system_.clear();
         forces_.resize(0, system_.columns());
         summary.converged = true;
         return summary;
@@ -119,18 +76,14 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     const double bytes_before = system_.bytes();
     constexpr LocalOperator::Weights A{0.0, 1.0};
 
-    std::vector<Index> touched;
-    for (const Hold& hold : holds)
-        touched.insert(touched.end(), hold.vertices.begin(), hold.vertices.end());
-    system_.activate(touched, removed_, stretched_);
+    system_.activate(touched);
     system_.prepare(A, holds);
     system_.impose();
     system_.compute_residual();
 
     // |u|_A^2 = u^T (b - r) with b = 0.
     const auto energy = [&] { return std::max(0.0, -system_.dot(system_.x, system_.r)); };
-    // The part of the tolerance that what is let go in the end may use up, and that of the iteration inside.
-    constexpr double share_of_removal = 0.15;
+    // The part of what is missing that the iteration may leave inside.
     constexpr double share_inside = 0.01;
     const double for_missing = std::pow(0.8 * options_.tolerance, 2);
     // A factor costs about as much as this many iterations. Where Jacobi needs more for one round (K D K, slivers), each
@@ -166,8 +119,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
             since_growth += run.count;
             const double before = missing.inside;
             system_.compute_residual();
-            missing = system_.missing();
-            if (fresh_factor) missing = system_.missing_by_factor();
+            missing = fresh_factor ? system_.missing_by_factor() : system_.missing();
             scale = energy();
             if (missing.inside > inside) {
                 const bool better = run.definite && missing.inside < 0.25 * before;
@@ -180,7 +132,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
         }
         std::vector<Index> grown = system_.growth(0.5 * allowed);
         if (grown.empty()) break;
-        system_.activate(grown, removed_, stretched_);
+        system_.activate(grown);
         // As many rings more as the decay of the last round promises to be needed, within reason.
         const double decay = std::log(outside_before / missing.outside);
         const double wanted = decay > 0.0 ? 0.5 * std::log(missing.outside / allowed) / decay : 0.0;
@@ -188,7 +140,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
             grown.clear();
             for (Index s = system_.domain().end(0); s < system_.domain().end(1); ++s)
                 grown.push_back(system_.domain().vertex(s));
-            system_.activate(grown, removed_, stretched_);
+            system_.activate(grown);
         }
         outside_before = missing.outside;
         since_growth = 0;
@@ -208,37 +160,29 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     summary.whole = summary.active > 0 && summary.slots == summary.active;
 
     const double error = std::sqrt(missing.total() / system_.sigma());
-    double let_go = 0.0;
-    if (summary.converged) {
-        const double budget = std::pow(share_of_removal * options_.tolerance, 2) * scale;
-        const std::vector<Index> quiet = system_.quiet_vertices(0.25 * budget, [&](Index s) {
-            double square = 0.0;
-            for (Index c = 0; c < system_.columns(); ++c)
-                square += system_.x[s][c] * system_.x[s][c];
-            return system_.op().diagonal()[static_cast<std::size_t>(s)] * square;
-        });
-        removed_.fill_zero(0, system_.domain().slot_count());
-        for (const Index v : quiet) {
-            const Index s = system_.domain().slot(v);
-            std::copy_n(system_.x[s], removed_.width(), removed_[s]);
-        }
-        if (!quiet.empty()) system_.op().apply(system_.domain(), A, removed_, stretched_, 0);
-        const double energy_removed = quiet.empty() ? 0.0 : system_.dot(removed_, stretched_);
-        if (!quiet.empty() && energy_removed <= budget) {
-            let_go = std::sqrt(std::max(0.0, energy_removed));
-            for (const Index v : quiet) {
-                const Index s = system_.domain().slot(v);
-                system_.x.fill_zero(s, s + 1);
-            }
-            system_.deactivate(quiet, removed_, stretched_);
-        }
-    }
+    const double let_go = summary.converged ? this->let_go(scale) : 0.0;
     summary.error_bound = scale > 0.0 ? (error + let_go) / (std::sqrt(scale) - let_go) : 0.0;
     summary.products = system_.op().products() - products_before;
     summary.bytes = system_.bytes() - bytes_before;
     summary.memory_bytes = system_.memory_bytes();
     summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return summary;
+}
+
+// Lets quiet vertices go; the energy norm of what they held. `scale` is the energy of all.
+double LocalSolver::let_go(double scale) {
+    const double budget = std::pow(share_of_removal * options_.tolerance, 2) * scale;
+    const std::vector<Index> quiet = system_.quiet_vertices(0.25 * budget, [&](Index s) {
+        double square = 0.0;
+        for (Index c = 0; c < system_.columns(); ++c)
+            square += system_.x[s][c] * system_.x[s][c];
+        return system_.op().diagonal()[static_cast<std::size_t>(s)] * square;
+    });
+    if (quiet.empty()) return 0.0;
+    const double energy = system_.part(quiet, system_.x).own;
+    if (!(energy <= budget)) return 0.0;
+    system_.deactivate(quiet);
+    return std::sqrt(std::max(0.0, energy));
 }
 
 Block LocalSolver::value() const {

@@ -55,9 +55,9 @@ class LocalSolver {
     /// Throws InputError for an operator without foundation (sigma = 0), and as LocalSystem does.
     LocalSolver(PdeOperator A, Index columns, LocalOptions options = {});
 
-    /// Points to hold, in the working order; none give u = 0 and an empty domain. Throws InputError as check_holds, and for
-    /// two points in one place with different values; SolveError for numbers that overflow; Cancelled. A solve that does
-    /// not converge returns with converged = false: see require_converged().
+    /// Points to hold, in the working order; none give u = 0 and an empty domain. Throws InputError as
+    /// LocalSystem::vertices_of, and for two points in one place with different values; SolveError for numbers that
+    /// overflow; Cancelled. A solve that does not converge returns with converged = false: see require_converged().
     [[nodiscard]] LocalSummary solve(std::span<const Hold> holds);
 
     /// c x k: row i of A u at the held points of the last solve (eq. (16)), the force that holds each. With one
@@ -72,9 +72,10 @@ class LocalSolver {
     [[nodiscard]] Block value() const;
 
   private:
+    double let_go(double scale);
+
     LocalOptions options_;
     LocalSystem system_;
-    SlotField removed_, stretched_;
     Block forces_;
 };
 
@@ -83,10 +84,5 @@ Block scattered(const ActiveDomain& domain, const SlotField& field, Index rows);
 
 /// Throws SolveError that says what was reached, unless converged.
 void require_converged(const LocalSummary& summary);
-
-/// Throws InputError for a hold without vertices, with a vertex twice, one that is not of the mesh or has no edges, weights
-/// that are not finite, one a vertex and of sum 1, and values that are not `columns` numbers of a size between 1e-100 and
-/// 1e100 (or 0).
-void check_holds(const Laplacian& laplacian, std::span<const Hold> holds, Index columns);
 
 }  // namespace beltrami

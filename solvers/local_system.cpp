@@ -6,7 +6,6 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <type_traits>
 #include <utility>
 
 #include "beltrami/framework/error.hpp"
@@ -14,21 +13,6 @@
 namespace beltrami {
 
 namespace {
-
-// body(integral_constant) with the width of a row known to the compiler where it is a usual one.
-template <class Body>
-auto with_width(Index width, Body body) {
-    switch (width) {
-        case 1:
-            return body(std::integral_constant<int, 1>());
-        case 2:
-            return body(std::integral_constant<int, 2>());
-        case 4:
-            return body(std::integral_constant<int, 4>());
-        default:
-            return body(std::integral_constant<int, 0>());
-    }
-}
 
 // sum of weight_s a_sc b_sc for slots begin to end - 1.
 double weighted_dot(const std::vector<double>& weight, const SlotField& a, const SlotField& b, Index begin,
@@ -44,6 +28,49 @@ double weighted_dot(const std::vector<double>& weight, const SlotField& a, const
         }
         return sum;
     });
+}
+
+// Throws InputError for a hold that is not one.
+void check_holds(const Laplacian& laplacian, std::span<const Hold> holds, Index columns) {
+    for (const Hold& hold : holds) {
+        double sum = 0.0;
+        for (const double weight : hold.weights)
+            sum += weight;
+        if (hold.vertices.empty() || hold.vertices.size() != hold.weights.size() ||
+            !(std::abs(sum - 1.0) < 1e-9)) {
+            throw InputError(fmt::format("a held point of {} vertices has {} weights of sum {}",
+                                         hold.vertices.size(), hold.weights.size(), sum),
+                             "give a weight for each vertex, of sum 1");
+        }
+        if (static_cast<Index>(hold.value.size()) != columns) {
+            throw InputError(fmt::format("a held point has {} values, but the field has {} columns",
+                                         hold.value.size(), columns),
+                             "make both of the same width");
+        }
+        for (const double value : hold.value) {
+            // Squares of squares must neither overflow nor vanish.
+            if (value == 0.0 || (std::abs(value) > 1e-100 && std::abs(value) < 1e100)) continue;
+            throw InputError(fmt::format("a point is held at the value {}", value),
+                             "give 0 or a number between 1e-100 and 1e100 in size");
+        }
+        for (std::size_t j = 0; j < hold.vertices.size(); ++j) {
+            const Index v = hold.vertices[j];
+            if (v < 0 || v >= laplacian.vertex_count()) {
+                throw InputError(
+                    fmt::format("a point is held at vertex {} of {}", v, laplacian.vertex_count()),
+                    "hold vertices of the mesh");
+            }
+            if (std::find(hold.vertices.begin(), hold.vertices.begin() + static_cast<std::ptrdiff_t>(j), v) !=
+                hold.vertices.begin() + static_cast<std::ptrdiff_t>(j)) {
+                throw InputError(fmt::format("a held point names vertex {} twice", laplacian.order().user(v)),
+                                 "name each vertex once");
+            }
+            if (laplacian.graph().degree(v) > 0) continue;
+            throw InputError(fmt::format("vertex {} is isolated: a contact there moves nothing",
+                                         laplacian.order().user(v)),
+                             "touch a vertex of a cell that has an area");
+        }
+    }
 }
 
 // Of a Gram matrix of held points, where two of them may come to lie in the same place.
@@ -75,6 +102,14 @@ LocalSystem::LocalSystem(PdeOperator stiffness, Index columns)
                              "local solves need a positive mass at every vertex: use the barycentric mass");
         }
     }
+}
+
+std::vector<Index> LocalSystem::vertices_of(std::span<const Hold> holds) const {
+    check_holds(operator_.op().laplacian(), holds, columns());
+    std::vector<Index> vertices;
+    for (const Hold& hold : holds)
+        vertices.insert(vertices.end(), hold.vertices.begin(), hold.vertices.end());
+    return vertices;
 }
 
 void LocalSystem::prepare(LocalOperator::Weights weights, std::span<const Hold> holds) {
@@ -152,13 +187,9 @@ void LocalSystem::fit_factor() {
     }
     const Eigen::Index count = held_.C.rows();
     factor_->spread = Block::Zero(domain_.end(0), count);
-    for (std::size_t j = 0; j < held_.slots.size(); ++j)
-        factor_->spread.row(held_.slots[j]) = held_.C.col(static_cast<Eigen::Index>(j)).transpose();
+    factor_->spread(held_.slots, Eigen::all) = held_.C.transpose();
     apply_factor(factor_->spread);
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
-    for (std::size_t j = 0; j < held_.slots.size(); ++j)
-        gram += held_.C.col(static_cast<Eigen::Index>(j)) * factor_->spread.row(held_.slots[j]);
-    factor_->inverse_gram = pseudo_inverse(gram);
+    factor_->inverse_gram = pseudo_inverse(held_.C * factor_->spread(held_.slots, Eigen::all));
 }
 
 // B times a block over the slots below end(0): the factor for its rows, Jacobi for the others.
@@ -187,14 +218,10 @@ double LocalSystem::precondition() {
     Block block = Block::Zero(domain_.end(0), columns());
     for (Index s = 1; s < domain_.end(0); ++s)
         block.row(s) = Eigen::Map<const Eigen::RowVectorXd>(r[s], columns());
-    const Eigen::MatrixXd rest = projected(held_.inverse_mass, held_.inverse_gram_mass);
-    for (std::size_t j = 0; j < held_.slots.size(); ++j)
-        block.row(held_.slots[j]) = rest.row(static_cast<Eigen::Index>(j));
+    block(held_.slots, Eigen::all) = projected(held_.inverse_mass, held_.inverse_gram_mass);
     const Block residual = block;
     apply_factor(block);
-    Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(held_.C.rows(), columns());
-    for (std::size_t j = 0; j < held_.slots.size(); ++j)
-        moments += held_.C.col(static_cast<Eigen::Index>(j)) * block.row(held_.slots[j]);
+    const Eigen::MatrixXd moments = held_.C * block(held_.slots, Eigen::all);
     block -= factor_->spread * (factor_->inverse_gram * moments);
     for (Index s = 1; s < domain_.end(0); ++s)
         std::copy_n(block.row(s).data(), columns(), z_[s]);
@@ -349,9 +376,7 @@ LocalSystem::Iterations LocalSystem::iterate(double target, int most,
     };
 
     Norms now = with_held({weighted_dot(P, r, r, 1, end), weighted_dot(D, r, r, 1, end)});
-    done.inside = now.mass;
-    done.reached = now.mass <= target;
-    if (end == 1 || now.preconditioned == 0.0 || (done.reached && least == 0)) return done;
+    if (end == 1 || now.preconditioned == 0.0 || (now.mass <= target && least == 0)) return done;
     p_.fill_zero(0, domain_.slot_count());
     direction(0.0);
     while (done.count < most) {
@@ -382,9 +407,7 @@ LocalSystem::Iterations LocalSystem::iterate(double target, int most,
         ++done.count;
         // p q once, x r p q, r p.
         bytes_ += static_cast<double>(end - 1) * static_cast<double>(x.width()) * 9 * sizeof(double);
-        done.inside = next.mass;
-        done.reached = next.mass <= target;
-        if (done.reached && done.count >= least) break;
+        if (next.mass <= target && done.count >= least) break;
         if (deadline && Clock::now() >= *deadline) {
             done.in_time = false;
             break;
@@ -401,6 +424,16 @@ Block LocalSystem::forces() const {
              (held_.C * (held_.preconditioner.asDiagonal() * at_held(r))));
 }
 
+LocalSystem::Part LocalSystem::part(std::span<const Index> vertices, const SlotField& u) {
+    p_.fill_zero(0, domain_.slot_count());
+    for (const Index v : vertices) {
+        const Index s = domain_.slot(v);
+        std::copy_n(u[s], u.width(), p_[s]);
+    }
+    operator_.apply(domain_, {0.0, 1.0}, p_, q_, 0);
+    return {dot(p_, q_), dot(u, q_)};
+}
+
 double LocalSystem::dot(const SlotField& a, const SlotField& c) const {
     const std::ptrdiff_t numbers = static_cast<std::ptrdiff_t>(domain_.end(0)) * a.width();
     const double* const as = a.data();
@@ -410,10 +443,6 @@ double LocalSystem::dot(const SlotField& a, const SlotField& c) const {
     for (std::ptrdiff_t i = 0; i < numbers; ++i)
         sum += as[i] * cs[i];
     return sum;
-}
-
-double LocalSystem::mass_dot(const SlotField& a, const SlotField& c) const {
-    return weighted_dot(operator_.mass(), a, c, 1, domain_.end(0));
 }
 
 std::size_t LocalSystem::memory_bytes() const {

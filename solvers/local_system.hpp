@@ -47,9 +47,14 @@ class LocalSystem {
     [[nodiscard]] const LocalOperator& op() const { return operator_; }
     [[nodiscard]] Index columns() const { return x.columns(); }
 
-    /// The unknown, the right-hand side (on all slots) and b - A x (on all slots after residual(), on the active ones while
-    /// solving).
+    /// The unknown, the right-hand side (on all slots) and b - A x (on all slots after compute_residual(), on the active ones
+    /// while solving).
     SlotField x, b, r;
+
+    /// The vertices that points are held at: to be activated before prepare(). Throws InputError for a hold without
+    /// vertices, with a vertex twice, one that is not of the mesh or has no edges, weights that are not one a vertex and of
+    /// sum 1, and values that are not k numbers of a size between 1e-100 and 1e100 (or 0).
+    [[nodiscard]] std::vector<Index> vertices_of(std::span<const Hold> holds) const;
 
     /// Fields of the caller that follow the domain with the system's own.
     template <class... Fields>
@@ -57,9 +62,14 @@ class LocalSystem {
         domain_.activate(vertices);
         follow(fields...);
     }
-    /// The caller has made the fields zero there.
+    /// x and the caller's fields become zero there.
     template <class... Fields>
     void deactivate(std::span<const Index> vertices, Fields&... fields) {
+        for (const Index v : vertices) {
+            const Index s = domain_.slot(v);
+            x.fill_zero(s, s + 1);
+            (fields.fill_zero(s, s + 1), ...);
+        }
         domain_.deactivate(vertices);
         follow(fields...);
     }
@@ -88,27 +98,25 @@ class LocalSystem {
     };
     /// After compute_residual().
     [[nodiscard]] Missing missing() const;
+    /// The same, after factorize(), with the factor of all active vertices, by one product more: with z = A_SS^-1 r_S,
+    ///     r^T A^-1 r = r^T z + (r - A z)^T A^-1 (r - A z),
+    /// and r - A z lies in the rings but for rounding. Sharper than missing() where cells are thin.
+    [[nodiscard]] Missing missing_by_factor();
     /// Vertices of the rings whose share in `outside` is above `budget` / (their number): where to grow so that less
     /// than the budget is left, as far as this residual tells.
     [[nodiscard]] std::vector<Index> growth(double budget) const;
 
-    struct Iterations {
-        int count = 0;
-        double inside = 0.0;   ///< Missing::inside when it stopped
-        bool in_time = true;   ///< false: stopped by the deadline
-        bool definite = true;  ///< false: broke down
-        bool reached = false;
-    };
     /// Factors the matrix of the active vertices: from now on it preconditions iterate(), together with Jacobi for those
     /// that have become active since. Worth it where Jacobi alone takes hundreds of iterations: K D K, slivers. False
     /// where it is not positive definite to double precision.
     bool factorize();
     void forget_factor() { factor_.reset(); }
-    /// The same with the factor of all active vertices, by one product more: with z = A_SS^-1 r_S,
-    ///     r^T A^-1 r = r^T z + (r - A z)^T A^-1 (r - A z),
-    /// and r - A z lies in the rings but for rounding. Sharper than missing() where cells are thin.
-    [[nodiscard]] Missing missing_by_factor();
 
+    struct Iterations {
+        int count = 0;
+        bool in_time = true;   ///< false: stopped by the deadline
+        bool definite = true;  ///< false: broke down
+    };
     /// Conjugate gradients from x, whose residual compute_residual() has left in r, until Missing::inside <= target, or
     /// the limit, or the deadline; at least `least` steps are taken where there is a residual at all.
     Iterations iterate(double target, int most, std::optional<Clock::time_point> deadline, int least = 0);
@@ -125,10 +133,15 @@ class LocalSystem {
     template <class Size>
     [[nodiscard]] std::vector<Index> quiet_vertices(double budget, Size size);
 
+    /// Of the part d of a field u that lies at some active vertices, by one product.
+    struct Part {
+        double own = 0.0;  ///< d^T K~ d
+        double all = 0.0;  ///< u^T K~ d
+    };
+    [[nodiscard]] Part part(std::span<const Index> vertices, const SlotField& u);
+
     /// a^T b over the active vertices, all columns.
     [[nodiscard]] double dot(const SlotField& a, const SlotField& b) const;
-    /// a^T M b.
-    [[nodiscard]] double mass_dot(const SlotField& a, const SlotField& b) const;
 
     [[nodiscard]] double sigma() const { return weights_.mass + weights_.stiffness * operator_.op().sigma(); }
     /// Bytes of compact storage streamed through so far.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/operators/connection_laplacian.hpp"
@@ -22,6 +23,15 @@ Vector3 vector_at(const Constraints& constraints, Index v) {
 
 bool has_plane(const TangentFrames& frames, Index v) {
     return frames.has_plane[static_cast<std::size_t>(v)] != 0;
+}
+
+// A x = 0 but at the held rows, from zero; in the order of the operator.
+std::pair<Block, LinearSummary> solve_without_load(LinearSolver solver, const Constraints& held) {
+    Block x = Block::Zero(solver.op().rows(), held.columns());
+    const Block no_load = x;
+    LinearSummary summary = solver.solve(no_load, held, x);
+    require_converged(summary);
+    return {std::move(x), std::move(summary)};
 }
 
 }  // namespace
@@ -73,14 +83,10 @@ TangentVectors project(const TangentFrames& frames, const Constraints& given) {
 TangentField solve_by_coordinates(const Laplacian& laplacian, const TangentFrames& frames,
                                   const Constraints& held, const std::vector<double>& gamma,
                                   const LinearSolverOptions& options) {
-    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), options);
     const Renumbering& order = laplacian.order();
-    Block u = Block::Zero(laplacian.vertex_count(), 3);
-    const Block no_load = u;
-    TangentField field;
-    field.summary = solver.solve(no_load, order.to_working(held), u);
-    require_converged(field.summary);
-    field.vectors = order.to_user(u);
+    const auto [u, summary] =
+        solve_without_load(LinearSolver(PdeOperator(laplacian, 0.0, gamma), options), order.to_working(held));
+    TangentField field{order.to_user(u), summary};
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
         const Vector3 vector = field.vectors.row(v).transpose();
         field.vectors.row(v).setZero();
@@ -101,13 +107,9 @@ TangentField solve_by_connection(const Mesh& mesh, const Laplacian& laplacian, c
         parts.fix(2 * order.working(v), z.real());
         parts.fix(2 * order.working(v) + 1, z.imag());
     }
-    Block x = Block::Zero(2 * laplacian.vertex_count(), 1);
-    const Block no_load = x;
-    TangentField field;
-    field.summary = solver.solve(no_load, parts, x);
-    require_converged(field.summary);
+    const auto [x, summary] = solve_without_load(std::move(solver), parts);
     const auto z = HermitianPdeOperator::to_complex(x);
-    field.vectors = Block::Zero(laplacian.vertex_count(), 3);
+    TangentField field{Block::Zero(laplacian.vertex_count(), 3), summary};
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
         if (has_plane(frames, v)) field.vectors.row(v) = frames.to_vector(v, z(order.working(v), 0));
     }
@@ -120,13 +122,10 @@ TangentField with_interpolated_lengths(const TangentField& field, const Laplacia
     Constraints lengths;
     for (const Index v : held.vertices())
         lengths.fix(v, vector_at(held, v).stableNorm());
-    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), options);
     const Renumbering& order = laplacian.order();
-    Block u = Block::Zero(laplacian.vertex_count(), 1);
-    const Block no_load = u;
+    const auto [u, summary] = solve_without_load(LinearSolver(PdeOperator(laplacian, 0.0, gamma), options),
+                                                 order.to_working(lengths));
     TangentField result = field;
-    const LinearSummary summary = solver.solve(no_load, order.to_working(lengths), u);
-    require_converged(summary);
     result.summary.add(summary);
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
         const double length = std::max(0.0, u(order.working(v), 0));

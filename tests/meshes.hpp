@@ -3,17 +3,29 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace beltrami::testing {
 
 /// The folder of real meshes beside the project; tests that want one skip with a message where it is not there.
 inline std::filesystem::path shared_mesh(const std::string& name) {
     return std::filesystem::path(BELTRAMI_SHARED_MESHES) / name;
+}
+
+/// The mesh files of that folder, by name.
+inline std::vector<std::filesystem::path> shared_meshes() {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(shared_mesh(""))) {
+        if (entry.path().extension() != ".md") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
 }
 
 #define BELTRAMI_SKIP_WITHOUT(path) \

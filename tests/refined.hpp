@@ -74,4 +74,17 @@ Mesh refined_where(const Mesh& mesh, There there) {
     return Mesh(std::move(points), std::move(table));
 }
 
+/// What a local solve or step took, none of which may depend on what the mesh is like elsewhere.
+struct Cost {
+    Index active, slots;
+    int rounds, iterations;
+    long products;
+    double bytes;
+    bool operator==(const Cost&) const = default;
+};
+template <class Summary>
+Cost cost_of(const Summary& s) {
+    return {s.active, s.slots, s.rounds, s.iterations, s.products, s.bytes};
+}
+
 }  // namespace beltrami::testing

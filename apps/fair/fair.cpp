@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "beltrami/apps/region.hpp"
+#include "beltrami/apps/term_weights.hpp"
 #include "beltrami/framework/error.hpp"
 
 namespace beltrami {
@@ -12,7 +13,8 @@ namespace {
 // Where the flow ends: A (x + d) = 0 on the region. The displacement d is solved for, about the mesh's middle, so that
 // meshes far from the origin lose no digits.
 std::pair<Points, LinearSummary> until_rest(const Mesh& mesh, const Laplacian& laplacian,
-                                            const Constraints& held, const FairOptions& options) {
+                                            const Constraints& held, const std::vector<double>& gamma,
+                                            const FairOptions& options) {
     if (held.empty()) {
         throw InputError("the region is the whole mesh: nothing would stay fixed",
                          "leave vertices out of the region, or let the flow run for a time");
@@ -22,7 +24,7 @@ std::pair<Points, LinearSummary> until_rest(const Mesh& mesh, const Laplacian& l
         order.to_working(hold_free_components(laplacian, held, options.free_components));
     LinearSolverOptions linear = options.linear;
     linear.progress = options.progress;
-    LinearSolver solver(PdeOperator(laplacian, 0.0, {options.laplacian, options.bilaplacian}), linear);
+    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), linear);
     Block load;
     solver.op().apply(order.to_working(mesh.points().rowwise() - mesh.points().colwise().mean()), load);
     load *= -1.0;
@@ -33,7 +35,7 @@ std::pair<Points, LinearSummary> until_rest(const Mesh& mesh, const Laplacian& l
 }
 
 std::pair<Points, LinearSummary> flow(const Mesh& mesh, const Laplacian& laplacian, const Constraints& held,
-                                      const FairOptions& options) {
+                                      const std::vector<double>& gamma, const FairOptions& options) {
     Constraints place(3);
     for (const Index v : held.vertices())
         place.fix(v, std::span(mesh.points().row(v).data(), 3));
@@ -43,7 +45,7 @@ std::pair<Points, LinearSummary> flow(const Mesh& mesh, const Laplacian& laplaci
     evolution.linear = options.linear;
     evolution.progress = options.progress;
     evolution.on_frame = options.on_frame;
-    const Pde pde{.beta_1 = 1.0, .gamma = {options.laplacian, options.bilaplacian}};
+    const Pde pde{.beta_1 = 1.0, .gamma = gamma};
     Evolution end =
         evolve(laplacian, pde, mesh.points(), Block::Zero(mesh.vertex_count(), 3), place, evolution);
     return {end.u, std::move(end.summary)};
@@ -53,18 +55,13 @@ std::pair<Points, LinearSummary> flow(const Mesh& mesh, const Laplacian& laplaci
 
 FairResult fair(const Mesh& mesh, const Laplacian& laplacian, std::span<const Index> region,
                 const FairOptions& options) {
-    if (options.laplacian == 0.0 && options.bilaplacian == 0.0) {
-        throw InputError("the coefficients of Laplacian and bi-Laplacian are both 0",
-                         "give one of them a value");
-    }
+    const std::vector<double> gamma = term_weights(options.laplacian, options.bilaplacian);
     const Constraints held = hold_outside(region, laplacian.vertex_count());
     FairResult result;
-    std::tie(result.points, result.summary) =
-        options.time ? flow(mesh, laplacian, held, options) : until_rest(mesh, laplacian, held, options);
-    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
-        const bool isolated = laplacian.graph().degree(laplacian.order().working(v)) == 0;
-        result.stayed += isolated && !held.is_fixed(v) ? 1 : 0;
-    }
+    std::tie(result.points, result.summary) = options.time
+                                                  ? flow(mesh, laplacian, held, gamma, options)
+                                                  : until_rest(mesh, laplacian, held, gamma, options);
+    result.stayed = isolated_inside(laplacian, held);
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "beltrami/apps/term_weights.hpp"
 #include "beltrami/framework/error.hpp"
 
 namespace beltrami {
@@ -35,15 +36,11 @@ InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fix
                               const InterpolateOptions& options) {
     if (fixed.empty())
         throw InputError("no vertex is fixed, so there is nothing to interpolate", "fix at least one");
-    if (options.laplacian == 0.0 && options.bilaplacian == 0.0) {
-        throw InputError("the coefficients of Laplacian and bi-Laplacian are both 0",
-                         "give one of them a value");
-    }
+    const std::vector<double> gamma = term_weights(options.laplacian, options.bilaplacian);
     const Renumbering& order = laplacian.order();
     const Constraints held =
         order.to_working(hold_free_components(laplacian, fixed, options.free_components));
-    LinearSolver solver(PdeOperator(laplacian, 0.0, {options.laplacian, options.bilaplacian}),
-                        options.linear);
+    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), options.linear);
     Block value = Block::Zero(laplacian.vertex_count(), fixed.columns());
     const Block no_load = value;
     if (!options.bounds) {

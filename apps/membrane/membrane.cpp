@@ -47,10 +47,7 @@ MembraneResult membrane(const Mesh& mesh, const Laplacian& laplacian, std::span<
     result.at_rest = flow.at_rest();
     result.time = flow.time();
     result.summary = flow.summary();
-    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
-        const bool isolated = laplacian.graph().degree(laplacian.order().working(v)) == 0;
-        result.stayed += isolated && !held.is_fixed(v) ? 1 : 0;
-    }
+    result.stayed = isolated_inside(laplacian, held);
     return result;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "beltrami/framework/error.hpp"
@@ -109,7 +110,7 @@ double least_seconds(const Laplacian& laplacian, const PokeOptions& options, con
 }  // namespace
 
 Pde skin_of(const Mesh& mesh) {
-    constexpr double omega = 2.0 * 3.14159265358979323846 * 10.0;
+    constexpr double omega = 2.0 * std::numbers::pi * 10.0;
     const double length = 0.015 * diagonal_of(mesh);
     const double l2 = length * length;
     const double w2 = omega * omega;
@@ -134,19 +135,20 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         throw InputError("the skin has no mass: alpha is 0", "give alpha a positive value");
     }
     const SurfaceSearch surface(mesh);
+    const double dt = 1.0 / options.rate;
+    const double reach = options.reach * diagonal_of(mesh);
     double start = std::numeric_limits<double>::infinity();
     double end = -start;
     for (const ContactPath& path : paths) {
-        check_path(path, surface, options.reach * diagonal_of(mesh));
-        check_way(path, surface, options.reach * diagonal_of(mesh), 1.0 / options.rate, options.progress);
+        check_path(path, surface, reach);
+        check_way(path, surface, reach, dt, options.progress);
         start = std::min(start, path.front().time);
         end = std::max(end, path.back().time);
     }
-    const double dt = 1.0 / options.rate;
     const double touched = end - start + dt;
     const double periods =
         options.skin.foundation > 0.0
-            ? 10.0 * 2.0 * 3.14159265358979323846 * std::sqrt(options.skin.alpha / options.skin.foundation)
+            ? 10.0 * 2.0 * std::numbers::pi * std::sqrt(options.skin.alpha / options.skin.foundation)
             : 0.0;
     const double steps =
         std::max(1.0, std::ceil(options.time.value_or(touched + std::max(touched, periods)) / dt - 1e-9));

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "beltrami/apps/term_weights.hpp"
 #include "beltrami/framework/error.hpp"
 #include "beltrami/operators/tangent_frames.hpp"
 #include "beltrami/solvers/tangent_field.hpp"
@@ -12,14 +13,10 @@ VectorsResult vectors(const Mesh& mesh, const Laplacian& laplacian, const Constr
                       const VectorsOptions& options) {
     if (fixed.empty())
         throw InputError("no vector is given, so there is nothing to interpolate", "fix at least one");
-    if (options.laplacian == 0.0 && options.bilaplacian == 0.0) {
-        throw InputError("the coefficients of Laplacian and bi-Laplacian are both 0",
-                         "give one of them a value");
-    }
+    const std::vector<double> gamma = term_weights(options.laplacian, options.bilaplacian);
     const TangentFrames frames = tangent_frames(mesh);
     const TangentVectors given = project(frames, fixed);
     const Constraints held = hold_free_components(laplacian, given.vectors, options.free_components);
-    const std::vector<double> gamma{options.laplacian, options.bilaplacian};
     TangentField field = options.method == VectorMethod::coordinates
                              ? solve_by_coordinates(laplacian, frames, held, gamma, options.linear)
                              : solve_by_connection(mesh, laplacian, frames, held, gamma, options.linear);

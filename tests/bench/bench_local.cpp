@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace {
 using namespace beltrami;
 
 constexpr double dt = 1e-3;
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 // Swings back 10 times a second, critically damped, over a length.
 Pde skin(double length) {

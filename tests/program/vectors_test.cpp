@@ -139,12 +139,8 @@ TEST(VectorsCommand, EveryRealMeshEndsWell) {
     const fs::path folder = shared_mesh("");
     BELTRAMI_SKIP_WITHOUT(folder);
     const Scratch scratch;
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder)) {
-        if (entry.path().extension() == ".md" || entry.file_size() > BELTRAMI_LARGEST_MESH) continue;
-        files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
+    std::vector<fs::path> files = shared_meshes();
+    std::erase_if(files, [](const fs::path& file) { return fs::file_size(file) > BELTRAMI_LARGEST_MESH; });
     int solved = 0;
     for (const fs::path& file : files) {
         for (const std::string method : {"connection", "coordinates"}) {

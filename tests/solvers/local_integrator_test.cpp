@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -20,7 +21,7 @@ namespace beltrami::testing {
 namespace {
 
 constexpr double dt = 1e-3;
-constexpr double pi = 3.14159265358979323846;
+using std::numbers::pi;
 
 // A skin that swings back at 10 per second, and moves with its surroundings over `reach` mean edge lengths.
 Pde skin(const Laplacian& laplacian, double reach, double damping) {
@@ -321,13 +322,6 @@ TEST(LocalIntegrator, StepsCostTheSameWhereTheMeshIsRefinedElsewhere) {
     const Pde pde{
         .alpha = 1.0, .beta_1 = 100.0, .gamma = {0.1 * w2 * l2, 0.1 * w2 * l2 * l2}, .foundation = w2};
     const Vector3 middle = mesh.points().row(1000).transpose();
-    struct Cost {
-        Index active, slots;
-        int rounds, iterations;
-        long products;
-        double bytes;
-        bool operator==(const Cost&) const = default;
-    };
     std::vector<std::vector<Cost>> costs;
     for (int level = 0; level < 3; ++level) {
         const Laplacian laplacian(mesh);
@@ -338,7 +332,7 @@ TEST(LocalIntegrator, StepsCostTheSameWhereTheMeshIsRefinedElsewhere) {
             if (step <= 30)
                 holds.push_back({{laplacian.order().working(1000)}, {1.0}, {0.0, 0.0, -0.01 * step}});
             const LocalStep s = motion.advance(holds);
-            costs.back().push_back({s.active, s.slots, s.rounds, s.iterations, s.products, s.bytes});
+            costs.back().push_back(cost_of(s));
         }
         mesh = refined_where(mesh, [&](const Vector3& p) { return (p - middle).norm() > 1.2; });
     }

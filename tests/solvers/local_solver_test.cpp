@@ -101,13 +101,11 @@ INSTANTIATE_TEST_SUITE_P(Meshes, LocalSolverOn,
 
 // Every real surface, tolerances 1e-2 to 1e-6.
 TEST(LocalSolver, TheBoundHoldsAndIsNotVacuousOnEveryRealSurface) {
-    const std::filesystem::path folder = shared_mesh("");
     BELTRAMI_SKIP_WITHOUT(shared_mesh("bunny_3485.off"));
     std::vector<double> ratios;
     int meshes = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() == ".md") continue;
-        const Mesh mesh = read_mesh(entry.path());
+    for (const std::filesystem::path& file : shared_meshes()) {
+        const Mesh mesh = read_mesh(file);
         if (mesh.cell_count() == 0 || mesh.vertex_count() > BELTRAMI_LARGEST_LOCAL_MESH) continue;
         const Laplacian laplacian(mesh);
         ++meshes;
@@ -122,12 +120,12 @@ TEST(LocalSolver, TheBoundHoldsAndIsNotVacuousOnEveryRealSurface) {
             for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
                 LocalSolver solver(A, 1, {.tolerance = tolerance});
                 const LocalSummary summary = solver.solve(holds);
-                EXPECT_TRUE(summary.converged) << entry.path() << " " << summary.brief();
+                EXPECT_TRUE(summary.converged) << file << " " << summary.brief();
                 const double error = energy_norm(A, solver.value() - exact) / scale;
                 // 1e-9: what the reference itself is good for on extreme slivers.
                 EXPECT_LE(error, summary.error_bound * (1.0 + tolerance) + 1e-9)
-                    << entry.path() << " tolerance " << tolerance;
-                EXPECT_LE(summary.error_bound, tolerance) << entry.path();
+                    << file << " tolerance " << tolerance;
+                EXPECT_LE(summary.error_bound, tolerance) << file;
                 if (error > 1e-11) ratios.push_back(summary.error_bound / error);
             }
         }
@@ -288,13 +286,6 @@ TEST(LocalSolver, CostsTheSameWhereTheMeshIsRefinedElsewhere) {
     Mesh mesh = shapes::geodesic_icosahedron(24);
     const Vector3 middle = mesh.points().row(1000).transpose();
     const auto far = [&](const Vector3& p) { return (p - middle).norm() > 1.2; };
-    struct Cost {
-        Index active, slots;
-        int rounds, iterations;
-        long products;
-        double bytes;
-        bool operator==(const Cost&) const = default;
-    };
     std::vector<Cost> costs;
     std::vector<Index> vertices;
     const double length = std::sqrt(4.0 * 3.14159 / mesh.vertex_count());
@@ -307,7 +298,7 @@ TEST(LocalSolver, CostsTheSameWhereTheMeshIsRefinedElsewhere) {
             solver.solve(std::array{Hold{{laplacian.order().working(1000)}, {1.0}, {0.0, 0.1, 0.3}}});
         EXPECT_TRUE(s.converged);
         EXPECT_FALSE(s.whole);
-        costs.push_back({s.active, s.slots, s.rounds, s.iterations, s.products, s.bytes});
+        costs.push_back(cost_of(s));
         vertices.push_back(mesh.vertex_count());
         mesh = refined_where(mesh, far);
     }
