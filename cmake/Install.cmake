@@ -19,4 +19,4 @@ install(EXPORT BeltramiTargets NAMESPACE Beltrami:: DESTINATION "${destination}"
 configure_package_config_file(cmake/BeltramiConfig.cmake.in BeltramiConfig.cmake INSTALL_DESTINATION "${destination}")
 write_basic_package_version_file(BeltramiConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/BeltramiConfig.cmake" "${PROJECT_BINARY_DIR}/BeltramiConfigVersion.cmake"
-  cmake/FindCHOLMOD.cmake DESTINATION "${destination}")
+  cmake/FindCHOLMOD.cmake cmake/FindMUMPS.cmake DESTINATION "${destination}")

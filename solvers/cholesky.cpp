@@ -8,10 +8,7 @@
 #include <vector>
 
 #include "beltrami/framework/error.hpp"
-
-// Present when CHOLMOD's BLAS is OpenBLAS, whose threads are its own.
-extern "C" int openblas_get_num_threads() __attribute__((weak));
-extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+#include "beltrami/solvers/blas_threads.hpp"
 
 namespace beltrami {
 
@@ -36,27 +33,6 @@ struct Cholesky::Factor {
 };
 
 namespace {
-
-// So many threads for BLAS while it lives. The dense blocks of a mesh's factor are small, and OpenBLAS's threads and
-// OpenMP's wait for each other by spinning: on two cores that made solves ten times slower than one BLAS thread.
-class BlasThreads {
-  public:
-    explicit BlasThreads(int wanted)
-        : before_(openblas_set_num_threads != nullptr ? openblas_get_num_threads() : 0) {
-        if (before_ > 0) openblas_set_num_threads(wanted);
-    }
-    BlasThreads(const BlasThreads&) = delete;
-    BlasThreads& operator=(const BlasThreads&) = delete;
-    ~BlasThreads() {
-        if (before_ > 0) openblas_set_num_threads(before_);
-    }
-
-  private:
-    int before_;
-};
-
-/// Floating-point operations from which a factorization gains by threads.
-constexpr double worth_threads = 2e10;
 
 [[noreturn]] void fail(const cholmod_common& common, Index n) {
     if (common.status == CHOLMOD_OUT_OF_MEMORY || common.status == CHOLMOD_TOO_LARGE) {
@@ -111,7 +87,7 @@ Cholesky::Cholesky(const Eigen::SparseMatrix<double>& A, Ordering ordering)
     factor_->factor = cholmod_l_analyze(&upper, &common);
     if (factor_->factor == nullptr) fail(common, n);
     factor_->nonzeros = common.lnz;
-    const BlasThreads threads(common.fl < worth_threads ? 1 : omp_get_max_threads());
+    const BlasThreads threads(common.fl < BlasThreads::worth_threads ? 1 : omp_get_max_threads());
     if (!cholmod_l_factorize(&upper, factor_->factor, &common) || common.status != CHOLMOD_OK ||
         factor_->factor->minor < factor_->factor->n) {
         fail(common, n);
