@@ -1,5 +1,6 @@
 #include "beltrami/solvers/block_lanczos.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -9,105 +10,146 @@
 
 namespace beltrami {
 
+namespace {
+
+Index panels_for(Index columns) {
+    return (columns + panel_width - 1) / panel_width;
+}
+
+Index space_panels(const Eigenproblem& problem, Index locked, Index capacity) {
+    return panels_for(std::max(std::min(capacity, problem.rows() - locked), 1));
+}
+
+}  // namespace
+
 BlockLanczos::BlockLanczos(const Eigenproblem& problem, const ShiftInvert& pencil, const Columns& locked,
                            const BlockLanczosOptions& options)
-    : problem_(problem), pencil_(pencil), locked_(locked) {
-    const Index room = problem.rows() - static_cast<Index>(locked.cols());
-    capacity_ = std::min(options.capacity, room);
-    const Index block = std::min(options.block, room);
-    basis_.resize(problem.rows(), capacity_ + block);
-    projected_ = Columns::Zero(capacity_, capacity_);
+    : problem_(problem),
+      pencil_(pencil),
+      locked_(panels_for(static_cast<Index>(locked.cols()))),
+      blocks_(locked_),
+      space_(problem.rows(),
+             locked_ + space_panels(problem, static_cast<Index>(locked.cols()), options.capacity) + 2) {
+    for (Index i = 0; i < locked_; ++i) {
+        const Index first = panel_width * i;
+        space_.set(i, locked.middleCols(
+                          first, std::min<Index>(panel_width, static_cast<Index>(locked.cols()) - first)));
+    }
+    const Index capacity = panel_width * (space_.count() - 2 - locked_);
+    projected_ = Columns::Zero(capacity, capacity);
     std::mt19937 engine(options.seed);
     // Even numbers in [-1, 1]: the same on every machine, which the standard's normal distribution is not.
-    Columns start = Columns::NullaryExpr(problem.rows(), block,
-                                         [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
-    remove_space(start, nullptr);
-    orthonormalize(start, 0.0);
-    next_ = static_cast<Index>(start.cols());
-    basis_.leftCols(next_) = start;
-    invariant_ = next_ == 0;
+    double* const start = space_.panel(blocks_);
+    std::generate_n(start, static_cast<std::size_t>(problem.rows()) * panel_width,
+                    [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
+    out_ = orthonormalize(start, 0.0, nullptr);
 }
 
-// W <- W - L (L^T M W) - V (V^T M W); with_last: what W had of the last block.
-void BlockLanczos::remove_space(Eigen::Ref<Columns> W, Columns* with_last) {
-    if (locked_.cols() > 0) {
-        problem_.apply_mass(W, product_);
-        add_product(-1.0, locked_, transposed_product(locked_, product_), W);
+void BlockLanczos::multiply_mass(const double* x, double* y) const {
+    const Index n = problem_.rows();
+    const Eigen::Map<const BlockOf<double>> from(x, n, panel_width);
+    Eigen::Map<BlockOf<double>> to(y, n, panel_width);
+    if (problem_.lumped()) {
+        to.noalias() = problem_.lumped_mass().asDiagonal() * from;
+    } else {
+        to.noalias() = problem_.consistent_mass() * from;
     }
-    if (dimension_ == 0) return;
-    problem_.apply_mass(W, product_);
-    const Columns C = transposed_product(basis(0, dimension_), product_);
-    add_product(-1.0, basis(0, dimension_), C, W);
-    if (with_last != nullptr) *with_last = C.bottomRows(last_);
 }
 
-// W = Q R with Q^T M Q = I, by the eigenvectors of the Gram matrix, as often as it takes; W becomes Q. Directions that
-// are rounding against `reference` (an M-norm; 0: against the largest) are left out, so R may have fewer rows.
-Columns BlockLanczos::orthonormalize(Columns& W, double reference) {
-    Columns R = Columns::Identity(W.cols(), W.cols());
-    for (int round = 0; round < 5 && W.cols() > 0; ++round) {
-        problem_.apply_mass(W, product_);
-        const Columns gram = transposed_product(W, product_);
-        if (round > 0 && (gram - Columns::Identity(gram.rows(), gram.cols())).cwiseAbs().maxCoeff() < 1e-14) break;
-        const SymmetricEigen eigen = symmetric_eigen(gram);
-        const double largest = eigen.values[eigen.values.size() - 1];
-        // Entries of a Gram matrix are good to 1e-16 of its largest: smaller directions show in the second round.
-        const double least = round == 0 ? 0.0 : 1e-10;
+// W becomes Q of W = (space) C + Q R with Q M-orthonormal and M-orthogonal to locked vectors and space; returns R, and
+// in `last` the part of C of the last block. Directions of W outside the space that are rounding against `reference` (an
+// M-norm; 0: against the largest) become zero columns of Q. A second projection is computed in the sweep that
+// subtracts the first, so that a further sweep is only made where it is needed.
+PanelProduct BlockLanczos::orthonormalize(double* W, double reference, PanelProduct* last) {
+    const Index n = problem_.rows();
+    const double* const mass = problem_.lumped() ? problem_.lumped_mass().data() : nullptr;
+    double* const MW = space_.panel(space_.count() - 1);
+    PanelProduct C;
+    PanelProduct again;
+    PanelProduct gram;
+    multiply_mass(W, MW);
+    project(space_, blocks_, MW, C);
+    if (last != nullptr) *last = C.bottomRows(panel_width);
+    const auto remove = [&] {
+        subtract(space_, blocks_, C, W, mass, &again, &gram);
+        if (mass != nullptr) return;
+        multiply_mass(W, MW);
+        project(space_, blocks_, MW, again);
+        const Eigen::Map<const BlockOf<double>> w(W, n, panel_width);
+        const Eigen::Map<const BlockOf<double>> mw(MW, n, panel_width);
+        gram = w.transpose() * mw;
+    };
+    remove();
+    PanelProduct R = PanelProduct::Identity(panel_width, panel_width);
+    for (int round = 0; round < 6; ++round) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(gram);
+        const auto& values = eigen.eigenvalues();
+        const double largest = values[panel_width - 1];
         if (round == 0 && !(largest > 1e-26 * reference * reference)) {
-            W.resize(W.rows(), 0);
-            return Columns(0, R.cols());
+            invariant_ = true;
+            return PanelProduct::Zero(panel_width, panel_width);
         }
-        std::vector<Index> kept;
-        for (Index i = 0; i < eigen.values.size(); ++i) {
-            if (round != 1 || eigen.values[i] > least) kept.push_back(i);
+        // Entries of a Gram matrix are good to 1e-16 of its largest: smaller directions show in the second round.
+        Eigen::Matrix<double, 8, 1> size;
+        Eigen::Matrix<double, 8, 1> inverse;
+        for (Index i = 0; i < panel_width; ++i) {
+            const bool null = round > 0 && values[i] < 1e-10;
+            size[i] = null ? 0.0 : std::sqrt(round == 0 ? std::max(values[i], 1e-14 * largest) : values[i]);
+            inverse[i] = null ? 0.0 : 1.0 / size[i];
         }
-        const Vector size =
-            eigen.values(kept).cwiseMax(round == 0 ? 1e-14 * largest : 0.0).cwiseSqrt();
-        const Columns V = eigen.vectors(Eigen::all, kept);
-        Columns Q = Columns::Zero(W.rows(), static_cast<Eigen::Index>(kept.size()));
-        add_product(1.0, W, V * size.cwiseInverse().asDiagonal(), Q);
-        W = std::move(Q);
-        R = size.asDiagonal() * (V.transpose() * R);
-        // What was small was mostly rounding that lies in the space.
-        if (round < 2) remove_space(W, nullptr);
+        const PanelProduct X = eigen.eigenvectors() * inverse.asDiagonal();
+        transform(n, W, X);
+        R = (size.asDiagonal() * eigen.eigenvectors().transpose() * R).eval();
+        C = again * X;
+        const bool well_conditioned = values[0] > 1e-6 * largest;
+        if (round > 0 && (size.array() * inverse.array()).sum() < 0.5) {
+            invariant_ = true;
+            return PanelProduct::Zero(panel_width, panel_width);
+        }
+        const bool orthogonal = C.size() == 0 || C.cwiseAbs().maxCoeff() < 1e-13;
+        if (orthogonal && well_conditioned) break;
+        remove();
     }
     return R;
 }
 
 bool BlockLanczos::extend() {
-    if (invariant_ || dimension_ + next_ > capacity_) return false;
-    Columns W;
-    problem_.apply_mass(basis(dimension_, next_), W);
-    pencil_.solve(W);
-    problem_.apply_mass(W, product_);
-    const double reference = std::sqrt(W.cwiseProduct(product_).colwise().sum().maxCoeff());
-    if (dimension_ > 0) {
-        projected_.block(dimension_, dimension_ - last_, next_, last_) = out_;
-        projected_.block(dimension_ - last_, dimension_, last_, next_) = out_.transpose();
+    if (invariant_ || blocks_ + 2 >= space_.count()) return false;
+    const Index n = problem_.rows();
+    const Index at = dimension();
+    double* const W = space_.panel(blocks_ + 1);
+    multiply_mass(space_.panel(blocks_), W);
+    Columns columns(n, panel_width);
+    space_.get(blocks_ + 1, columns);
+    pencil_.solve(columns);
+    space_.set(blocks_ + 1, columns);
+    if (at > 0) {
+        projected_.block(at, at - panel_width, panel_width, panel_width) = out_;
+        projected_.block(at - panel_width, at, panel_width, panel_width) = out_.transpose();
     }
-    last_ = next_;
-    dimension_ += last_;
-    Columns diagonal;
-    remove_space(W, &diagonal);
-    projected_.block(dimension_ - last_, dimension_ - last_, last_, last_) =
-        0.5 * (diagonal + diagonal.transpose());
-    out_ = orthonormalize(W, reference);
-    next_ = static_cast<Index>(W.cols());
-    invariant_ = next_ == 0;
-    basis_.middleCols(dimension_, next_) = W;
+    double* const MW = space_.panel(space_.count() - 1);
+    multiply_mass(W, MW);
+    const Eigen::Map<const BlockOf<double>> w(W, n, panel_width);
+    const Eigen::Map<const BlockOf<double>> mw(MW, n, panel_width);
+    const double reference = std::sqrt(w.cwiseProduct(mw).colwise().sum().maxCoeff());
+    ++blocks_;
+    PanelProduct diagonal;
+    out_ = orthonormalize(W, reference, &diagonal);
+    projected_.block(at, at, panel_width, panel_width) = 0.5 * (diagonal + diagonal.transpose());
     return true;
 }
 
 RitzValues BlockLanczos::ritz() {
-    SymmetricEigen eigen = symmetric_eigen(projected_.topLeftCorner(dimension_, dimension_));
+    SymmetricEigen eigen = symmetric_eigen(projected_.topLeftCorner(dimension(), dimension()));
     theta_ = std::move(eigen.values);
     coefficients_ = std::move(eigen.vectors);
-    const Vector out = (out_ * coefficients_.bottomRows(last_)).colwise().norm();
+    const Vector out = (out_ * coefficients_.bottomRows(panel_width)).colwise().norm();
     const Vector lambda = pencil_.shift() + theta_.cwiseInverse().array();
     RitzValues ritz;
-    ritz.vector.resize(static_cast<std::size_t>(dimension_));
+    ritz.vector.resize(static_cast<std::size_t>(dimension()));
     std::iota(ritz.vector.begin(), ritz.vector.end(), 0);
-    std::sort(ritz.vector.begin(), ritz.vector.end(), [&](Index a, Index b) { return lambda[a] < lambda[b]; });
+    std::sort(ritz.vector.begin(), ritz.vector.end(),
+              [&](Index a, Index b) { return lambda[a] < lambda[b]; });
     ritz.values = lambda(ritz.vector);
     ritz.residuals = out.cwiseQuotient(theta_.cwiseAbs2())(ritz.vector);
     return ritz;
@@ -115,15 +157,14 @@ RitzValues BlockLanczos::ritz() {
 
 Columns BlockLanczos::vectors(const std::vector<Index>& chosen) const {
     const Columns s = coefficients_(Eigen::all, chosen);
-    Columns h = Columns::Zero(basis_.rows(), static_cast<Eigen::Index>(chosen.size()));
-    add_product(1.0, basis(0, dimension_), s, h);
-    add_product(1.0, basis(dimension_, next_),
-                out_ * s.bottomRows(last_) * theta_(chosen).cwiseInverse().asDiagonal(), h);
-    return h;
-}
-
-std::size_t BlockLanczos::memory_bytes() const {
-    return static_cast<std::size_t>(basis_.size() + product_.size()) * sizeof(double);
+    Columns C = Columns::Zero(panel_width * (blocks_ + 1), s.cols());
+    C.middleRows(panel_width * locked_, dimension()) = s;
+    if (!invariant_) {
+        C.bottomRows(panel_width) =
+            out_ * s.bottomRows(panel_width) * theta_(chosen).cwiseInverse().asDiagonal();
+    }
+    return combination(space_, blocks_ + (invariant_ ? 0 : 1),
+                       invariant_ ? C.topRows(panel_width * blocks_) : C);
 }
 
 }  // namespace beltrami

@@ -1,12 +1,12 @@
 // Block Lanczos for the pairs of K h = lambda M h nearest to a shift.
 //
-//     BlockLanczos lanczos(problem, pencil, locked, {.block = 16, .capacity = 240});   // pencil: factored at the shift
+//     BlockLanczos lanczos(problem, pencil, locked, {.capacity = 240});   // pencil: factored at the shift
 //     while (lanczos.extend()) {}
 //     const RitzValues ritz = lanczos.ritz();                // ascending, each with its residual
 //     const Columns h = lanczos.vectors(chosen);             // M-orthonormal to rounding, once converged
 //
-// The Krylov space of (K - shift M)^-1 M in the inner product of M (Ericsson & Ruhe 1980; Grimes, Lewis & Simon 1994),
-// with full orthogonalization in level-3 products. Vectors are purified by one more application of the operator, which
+// The Krylov space of (K - shift M)^-1 M in the inner product of M (Ericsson & Ruhe 1980; Grimes, Lewis & Simon 1994) in
+// blocks of eight, with full orthogonalization. Vectors are purified by one more application of the operator, which
 // the next block of the space gives for free; what is left of the residual is then known without a product:
 // |K h - lambda M h| = |B s| / theta^2 in the norm of M^-1, theta = 1 / (lambda - shift), where B s is the part of the
 // Ritz vector that the operator carries out of the space.
@@ -15,14 +15,13 @@
 #include <cstdint>
 #include <vector>
 
+#include "beltrami/solvers/panels.hpp"
 #include "beltrami/solvers/shift_invert.hpp"
 
 namespace beltrami {
 
 struct BlockLanczosOptions {
-    /// Columns that are solved for together.
-    Index block = 16;
-    /// The largest dimension of the space.
+    /// The largest dimension of the space; rounded up to whole blocks.
     Index capacity = 240;
     /// Of the random start.
     std::uint32_t seed = 1;
@@ -30,22 +29,21 @@ struct BlockLanczosOptions {
 
 /// Of the same length, by ascending value.
 struct RitzValues {
-    Vector values;                  ///< lambda
-    Vector residuals;               ///< |K h - lambda M h| in the norm of M^-1, for h of M-norm 1
-    std::vector<Index> vector;      ///< the number of each for vectors()
+    Vector values;              ///< lambda
+    Vector residuals;           ///< |K h - lambda M h| in the norm of M^-1, for h of M-norm 1
+    std::vector<Index> vector;  ///< the number of each for vectors()
 };
 
 class BlockLanczos {
   public:
-    /// locked: rows x l, M-orthonormal; the space stays M-orthogonal to them. All three must outlive this.
+    /// locked: rows x l, M-orthonormal; the space stays M-orthogonal to them. Problem and pencil must outlive this.
     BlockLanczos(const Eigenproblem& problem, const ShiftInvert& pencil, const Columns& locked,
                  const BlockLanczosOptions& options);
 
     /// Adds a block. False, with nothing added, where the space is invariant (its Ritz pairs are exact then) or full.
     bool extend();
 
-    [[nodiscard]] Index dimension() const { return dimension_; }
-    [[nodiscard]] bool invariant() const { return invariant_; }
+    [[nodiscard]] Index dimension() const { return panel_width * (blocks_ - locked_); }
 
     /// The Ritz values of the space.
     [[nodiscard]] RitzValues ritz();
@@ -53,24 +51,19 @@ class BlockLanczos {
     /// Purified Ritz vectors of the last ritz(), rows x chosen.size().
     [[nodiscard]] Columns vectors(const std::vector<Index>& chosen) const;
 
-    [[nodiscard]] std::size_t memory_bytes() const;
+    [[nodiscard]] std::size_t memory_bytes() const { return space_.memory_bytes(); }
 
   private:
-    [[nodiscard]] auto basis(Index first, Index count) const { return basis_.middleCols(first, count); }
-    void remove_space(Eigen::Ref<Columns> W, Columns* with_last);
-    Columns orthonormalize(Columns& W, double reference);
+    void multiply_mass(const double* x, double* y) const;
+    PanelProduct orthonormalize(double* W, double reference, PanelProduct* last);
 
     const Eigenproblem& problem_;
     const ShiftInvert& pencil_;
-    const Columns& locked_;
-    Index capacity_;
-    Columns basis_;        // rows x (capacity + block): the space, then the block that comes next
-    Columns projected_;    // T: capacity x capacity, block tridiagonal
-    Columns out_;          // B: next block x last block
-    Columns product_;      // room for M W
-    Index dimension_ = 0;  // columns that are in the space
-    Index last_ = 0;       // of the last block in the space
-    Index next_ = 0;       // of the block that comes next
+    Index locked_;       // panels
+    Index blocks_;       // panels that are locked or in the space
+    Panels space_;       // the locked vectors, the space, the block that comes next, and room for M W
+    Columns projected_;  // T: block tridiagonal
+    PanelProduct out_;   // B: the next block's part of the operator times the last
     bool invariant_ = false;
     Vector theta_;
     Columns coefficients_;  // of the Ritz vectors

@@ -1,54 +1,155 @@
 #include "beltrami/solvers/dense_kernels.hpp"
 
-#include <cblas.h>
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 #include <vector>
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/solvers/blas_threads.hpp"
+#include "beltrami/solvers/vectorized.hpp"
 
-extern "C" void dsyevd_(const char* jobz, const char* uplo, const int* n, double* a, const int* lda, double* w,
-                        double* work, const int* lwork, int* iwork, const int* liwork, int* info);
+extern "C" void dsyevd_(const char* jobz, const char* uplo, const int* n, double* a, const int* lda,
+                        double* w, double* work, const int* lwork, int* iwork, const int* liwork, int* info);
 
 namespace beltrami {
 
 namespace {
 
-// A chunk of a column is a page or a few, and a chunk of two hundred columns fits the second-level cache.
-constexpr Eigen::Index chunk = 1024;
+using Size = std::ptrdiff_t;
 
-Eigen::Index chunks(Eigen::Index rows) {
-    return (rows + chunk - 1) / chunk;
+// A chunk of three hundred columns fits the second-level cache.
+constexpr Size chunk = 256;
+
+struct Tall {
+    const double* data;
+    Size stride;
+};
+
+// C (I x J) += the product of I columns of X with J columns of Y over some rows.
+template <int I, int J>
+__attribute__((always_inline)) inline void dots(Size rows, Tall X, Tall Y, double* C, Size c_stride) {
+    std::array<std::array<Lanes, J>, I> sum{};
+    Size r = 0;
+    for (; r + lane_count <= rows; r += lane_count) {
+        std::array<Lanes, J> y;
+        for (int j = 0; j < J; ++j)
+            y[j].v = lanes_at(Y.data + j * Y.stride + r).v;
+        for (int i = 0; i < I; ++i) {
+            const Lanes x = lanes_at(X.data + i * X.stride + r);
+            for (int j = 0; j < J; ++j)
+                sum[i][j].v += x.v * y[j].v;
+        }
+    }
+    for (int i = 0; i < I; ++i) {
+        for (int j = 0; j < J; ++j) {
+            double total = 0.0;
+            for (int l = 0; l < lane_count; ++l)
+                total += sum[i][j].v[l];
+            for (Size tail = r; tail < rows; ++tail)
+                total += X.data[i * X.stride + tail] * Y.data[j * Y.stride + tail];
+            C[j * c_stride + i] += total;
+        }
+    }
 }
 
-int stride(Eigen::Index outer) {
-    return static_cast<int>(outer);
+template <int J>
+__attribute__((always_inline)) inline void dots_with(Size rows, Tall X, Size a, Tall Y, double* C) {
+    Size i = 0;
+    for (; i + 3 <= a; i += 3)
+        dots<3, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, a);
+    for (; i < a; ++i)
+        dots<1, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, a);
+}
+
+BELTRAMI_VECTORIZED void transposed_chunk(Size rows, Tall X, Size a, Tall Y, Size b, double* C) {
+    Size j = 0;
+    for (; j + 8 <= b; j += 8)
+        dots_with<8>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+    for (; j + 4 <= b; j += 4)
+        dots_with<4>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+    for (; j < b; ++j)
+        dots_with<1>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+}
+
+// J columns of Y += scale X C, V x 8 rows.
+template <int V, int J>
+__attribute__((always_inline)) inline void combine(double scale, Tall X, Size a, const double* C,
+                                                   Size c_stride, double* Y, Size y_stride) {
+    std::array<std::array<Lanes, V>, J> sum{};
+    for (Size i = 0; i < a; ++i) {
+        std::array<Lanes, V> x;
+        for (int v = 0; v < V; ++v)
+            x[v].v = lanes_at(X.data + i * X.stride + v * lane_count).v;
+        for (int j = 0; j < J; ++j) {
+            const double c = C[j * c_stride + i];
+            for (int v = 0; v < V; ++v)
+                sum[j][v].v += x[v].v * c;
+        }
+    }
+    for (int j = 0; j < J; ++j) {
+        for (int v = 0; v < V; ++v) {
+            lanes_at(Y + j * y_stride + v * lane_count).v += scale * sum[j][v].v;
+        }
+    }
+}
+
+template <int J>
+__attribute__((always_inline)) inline void combine_rows(Size rows, double scale, Tall X, Size a,
+                                                        const double* C, Size c_stride, double* Y,
+                                                        Size y_stride) {
+    Size r = 0;
+    for (; r + 2 * lane_count <= rows; r += 2 * lane_count)
+        combine<2, J>(scale, {X.data + r, X.stride}, a, C, c_stride, Y + r, y_stride);
+    for (; r + lane_count <= rows; r += lane_count)
+        combine<1, J>(scale, {X.data + r, X.stride}, a, C, c_stride, Y + r, y_stride);
+    for (; r < rows; ++r) {
+        for (int j = 0; j < J; ++j) {
+            double sum = 0.0;
+            for (Size i = 0; i < a; ++i)
+                sum += X.data[i * X.stride + r] * C[j * c_stride + i];
+            Y[j * y_stride + r] += scale * sum;
+        }
+    }
+}
+
+BELTRAMI_VECTORIZED void add_chunk(Size rows, double scale, Tall X, Size a, const double* C, Size c_stride,
+                                   double* Y, Size y_stride, Size b) {
+    Size j = 0;
+    for (; j + 8 <= b; j += 8)
+        combine_rows<8>(rows, scale, X, a, C + j * c_stride, c_stride, Y + j * y_stride, y_stride);
+    for (; j + 4 <= b; j += 4)
+        combine_rows<4>(rows, scale, X, a, C + j * c_stride, c_stride, Y + j * y_stride, y_stride);
+    for (; j < b; ++j)
+        combine_rows<1>(rows, scale, X, a, C + j * c_stride, c_stride, Y + j * y_stride, y_stride);
+}
+
+Size chunks(Size rows) {
+    return (rows + chunk - 1) / chunk;
 }
 
 }  // namespace
 
 Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
-    const Eigen::Index a = X.cols();
-    const Eigen::Index b = Y.cols();
+    const Size a = X.cols();
+    const Size b = Y.cols();
+    const Size rows = X.rows();
     Columns total = Columns::Zero(a, b);
     if (a == 0 || b == 0) return total;
-    const BlasThreads one(1);
     // Partial sums over runs of chunks that depend on the number of rows only.
-    const Eigen::Index runs = std::min<Eigen::Index>(chunks(X.rows()), 8);
+    const Size runs = std::min<Size>(chunks(rows), 8);
     std::vector<Columns> partial(static_cast<std::size_t>(runs));
-#pragma omp parallel for schedule(dynamic, 1)
-    for (Eigen::Index run = 0; run < runs; ++run) {
+#pragma omp parallel for schedule(dynamic, 1) if (rows * a * b > 100000)
+    for (Size run = 0; run < runs; ++run) {
         Columns& sum = partial[static_cast<std::size_t>(run)];
         sum = Columns::Zero(a, b);
-        const Eigen::Index end = chunks(X.rows()) * (run + 1) / runs;
-        for (Eigen::Index c = chunks(X.rows()) * run / runs; c < end; ++c) {
-            const Eigen::Index first = c * chunk;
-            const auto rows = static_cast<int>(std::min(chunk, X.rows() - first));
-            cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, static_cast<int>(a), static_cast<int>(b), rows,
-                        1.0, X.data() + first, stride(X.outerStride()), Y.data() + first,
-                        stride(Y.outerStride()), 1.0, sum.data(), static_cast<int>(a));
+        const Size end = chunks(rows) * (run + 1) / runs;
+        for (Size c = chunks(rows) * run / runs; c < end; ++c) {
+            const Size first = c * chunk;
+            transposed_chunk(std::min(chunk, rows - first), {X.data() + first, X.outerStride()}, a,
+                             {Y.data() + first, Y.outerStride()}, b, sum.data());
         }
     }
     for (const Columns& sum : partial)
@@ -58,15 +159,12 @@ Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
 
 void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Columns>& C,
                  Eigen::Ref<Columns, 0, Eigen::OuterStride<>> Y) {
-    if (X.cols() == 0 || Y.cols() == 0) return;
-    const BlasThreads one(1);
-#pragma omp parallel for schedule(static)
-    for (Eigen::Index c = 0; c < chunks(X.rows()); ++c) {
-        const Eigen::Index first = c * chunk;
-        const auto rows = static_cast<int>(std::min(chunk, X.rows() - first));
-        cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, static_cast<int>(Y.cols()),
-                    static_cast<int>(X.cols()), scale, X.data() + first, stride(X.outerStride()), C.data(),
-                    stride(C.outerStride()), 1.0, Y.data() + first, stride(Y.outerStride()));
+    const Size rows = X.rows();
+#pragma omp parallel for schedule(static) if (rows * X.cols() * Y.cols() > 100000)
+    for (Size c = 0; c < chunks(rows); ++c) {
+        const Size first = c * chunk;
+        add_chunk(std::min(chunk, rows - first), scale, {X.data() + first, X.outerStride()}, X.cols(),
+                  C.data(), C.outerStride(), Y.data() + first, Y.outerStride(), Y.cols());
     }
 }
 
@@ -79,12 +177,13 @@ SymmetricEigen symmetric_eigen(Columns A) {
     int integer_size = 0;
     int info = 0;
     const int query = -1;
-    dsyevd_("V", "L", &n, A.data(), &n, eigen.values.data(), &work_size, &query, &integer_size, &query, &info);
+    dsyevd_("V", "L", &n, A.data(), &n, eigen.values.data(), &work_size, &query, &integer_size, &query,
+            &info);
     const auto size = static_cast<int>(work_size);
     std::vector<double> work(static_cast<std::size_t>(size));
     std::vector<int> integers(static_cast<std::size_t>(integer_size));
-    dsyevd_("V", "L", &n, A.data(), &n, eigen.values.data(), work.data(), &size, integers.data(), &integer_size,
-            &info);
+    dsyevd_("V", "L", &n, A.data(), &n, eigen.values.data(), work.data(), &size, integers.data(),
+            &integer_size, &info);
     if (info != 0) {
         throw SolveError("a dense eigenproblem of " + std::to_string(n) + " rows did not converge",
                          "look for values that are not finite");

@@ -63,8 +63,9 @@ void Eigenproblem::set(const Laplacian& laplacian, const EdgeOperator<double>* m
     vertex_count_ = laplacian.vertex_count();
     held.check_range(vertex_count_);
     if (mass != nullptr && mass->rows() != vertex_count_) {
-        throw InputError(fmt::format("the mass has {} rows and the stiffness {}", mass->rows(), vertex_count_),
-                         "build both on the same mesh");
+        throw InputError(
+            fmt::format("the mass has {} rows and the stiffness {}", mass->rows(), vertex_count_),
+            "build both on the same mesh");
     }
     std::vector<Index> unknown(static_cast<std::size_t>(vertex_count_), -1);
     for (Index v = 0; v < vertex_count_; ++v) {

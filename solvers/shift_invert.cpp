@@ -157,8 +157,9 @@ ShiftInvert::ShiftInvert(const Eigenproblem& problem, const ShiftInvertOptions& 
     if (f.on_disk) {
         if (f.memory > options.memory_limit) {
             throw InputError(
-                fmt::format("even with its factor on disk, K - lambda M of {} unknowns needs {:.0f} MB of memory",
-                            problem.rows(), f.memory / 1e6),
+                fmt::format(
+                    "even with its factor on disk, K - lambda M of {} unknowns needs {:.0f} MB of memory",
+                    problem.rows(), f.memory / 1e6),
                 fmt::format("allow more with --memory, at least {:.0f}M", std::ceil(f.memory / 1e6)));
         }
         const std::string folder = options.scratch.string();

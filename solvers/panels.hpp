@@ -1,0 +1,57 @@
+// Blocks of eight columns, and the products that orthogonalization takes: the eight values of a row lie together, so a
+// sweep over a panel runs through memory once and computes in registers.
+//
+//     Panels V(rows, 40);                                  // room for 40 panels
+//     project(V, 0, 12, MW, C);                            // C = V^T MW, of 12 panels
+//     subtract(V, 0, 12, C, W, mass, &again, &gram);       // W -= V C, and in the same sweep V^T M W and W^T M W
+#pragma once
+
+#include <memory>
+
+#include "beltrami/solvers/eigenproblem.hpp"
+
+namespace beltrami {
+
+constexpr Index panel_width = 8;
+
+/// Products of panels: 8 rows for each panel, 8 columns, row-major.
+using PanelProduct = Eigen::Matrix<double, Eigen::Dynamic, panel_width, Eigen::RowMajor>;
+
+class Panels {
+  public:
+    Panels(Index rows, Index count);
+
+    [[nodiscard]] Index rows() const { return rows_; }
+    [[nodiscard]] Index count() const { return count_; }
+    /// rows x 8, row-major.
+    [[nodiscard]] double* panel(Index i) { return values_.get() + offset(i); }
+    [[nodiscard]] const double* panel(Index i) const { return values_.get() + offset(i); }
+    [[nodiscard]] std::size_t memory_bytes() const { return sizeof(double) * offset(count_); }
+
+    /// Panel i from columns (rows x at most 8; the rest becomes zero), and back (rows x 8).
+    void set(Index i, const Eigen::Ref<const Columns>& columns);
+    void get(Index i, Eigen::Ref<Columns> columns) const;
+
+  private:
+    [[nodiscard]] std::size_t offset(Index i) const {
+        return static_cast<std::size_t>(rows_) * panel_width * static_cast<std::size_t>(i);
+    }
+    Index rows_;
+    Index count_;
+    std::unique_ptr<double[]> values_;  // NOLINT(modernize-avoid-c-arrays): not to be set to zero
+};
+
+/// C = V^T W for panels 0 to count - 1 of V and a panel W (rows x 8).
+void project(const Panels& V, Index count, const double* W, PanelProduct& C);
+
+/// W -= V C. With a mass (rows), in the same sweep again = V^T M W and gram = W^T M W of the new W.
+void subtract(const Panels& V, Index count, const PanelProduct& C, double* W, const double* mass,
+              PanelProduct* again, PanelProduct* gram);
+
+/// W <- W X, X 8 x 8.
+void transform(Index rows, double* W, const PanelProduct& X);
+
+/// V C for panels 0 to count - 1 of V: C is 8 count x k, the result rows x k.
+Columns combination(const Panels& V, Index count, const Columns& C);
+
+}  // namespace beltrami
