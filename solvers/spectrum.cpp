@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <random>
 
 #include "beltrami/framework/error.hpp"
+#include "beltrami/solvers/dense_kernels.hpp"
 #include "beltrami/solvers/spectrum_bands.hpp"
 #include "beltrami/solvers/spectrum_full.hpp"
 
@@ -72,7 +74,22 @@ SpectrumSummary spectrum(const Eigenproblem& problem, const SpectrumOptions& opt
     summary.tolerance = options.tolerance;
     summary.components = static_cast<Index>(problem.constants().cols());
     summary.method = choose(problem, options, summary.why);
+    // Random sums of all vectors so far, to see how far new ones are from orthogonal to them: the mean square of an
+    // entry of H^T M (H_before signs) is the sum of squares of a row of H^T M H_before.
+    constexpr Index sums = 8;
+    Columns sketch = Columns::Zero(problem.rows(), sums);
+    std::mt19937 engine(7);
     const BandSink counting = [&](const SpectralBand& band) {
+        Columns product;
+        problem.apply_mass(sketch, product);
+        const Vector across =
+            transposed_product(band.vectors, product).rowwise().norm() / std::sqrt(static_cast<double>(sums));
+        if (across.size() > 0)
+            summary.max_orthogonality_error = std::max(summary.max_orthogonality_error, across.maxCoeff());
+        add_product(
+            1.0, band.vectors,
+            Columns::NullaryExpr(band.vectors.cols(), sums, [&] { return engine() % 2 == 0 ? 1.0 : -1.0; }),
+            sketch);
         if (band.values.size() > 0) {
             summary.largest = band.values[band.values.size() - 1];
             const double zero = 1e-9 * std::max(band.certificate.upper.value, 0.0);

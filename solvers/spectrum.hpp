@@ -88,6 +88,8 @@ struct SpectrumSummary {
     double largest = 0.0;   ///< the last eigenvalue
     double tolerance = 0.0;
     double max_residual = 0.0;
+    /// Entries of H^T M H - I: within a band and to the one before it the largest; to all earlier bands the root of the
+    /// sum of squares of a row, estimated by eight random sums.
     double max_orthogonality_error = 0.0;
     std::vector<BandCertificate> bands;
     int factorizations = 0;

@@ -137,11 +137,15 @@ class Bands {
         double tolerance = 0.1 * options_.tolerance;
         const Goal goal{lower.value, left, std::min(target, remaining), target >= remaining, top};
         Index missing = goal.count;
+        int worse = 0;
         std::string shortage;
-        for (int round = 0; round < 10; ++round) {
-            trace.rounds = round + 1;
+        // Equal eigenvalues come in as many spaces as it takes, eight of each in one.
+        for (int idle = 0; idle < 3;) {
+            ++trace.rounds;
+            const Eigen::Index known = pairs.values.size();
             const Found found = krylov(goal, tolerance, missing, pairs, trace);
             const std::optional<double> end = choose_end(found, goal);
+            idle = pairs.values.size() > known ? 0 : idle + 1;
             missing = std::max<Index>(goal.count - static_cast<Index>(found.values.size()), panel_width);
             if (!end) {
                 shortage = fmt::format("{} of {} pairs were found", found.values.size(), goal.count);
@@ -162,6 +166,8 @@ class Bands {
                 shortage = fmt::format("the largest residual is {:.1e}", band.certificate.max_residual);
                 // Pairs that are locked do not get better.
                 tolerance *= 0.01;
+                ++worse;
+                if (worse > 3) break;
                 missing = goal.count;
                 pairs.values.conservativeResize(first ? problem_.constants().cols() : 0);
                 pairs.vectors.conservativeResize(Eigen::NoChange, pairs.values.size());
@@ -277,18 +283,24 @@ class Bands {
         if (size < (goal.last ? least : most)) return std::nullopt;
         double widest = 0.0;
         double end = 0.0;
-        for (Index i = least; i <= std::min(size, most); ++i) {
-            const double below = v[i - 1];
-            const double above = i < size ? v[i] : found.next;
-            // Behind the last of all eigenvalues there is nothing.
-            const double gap = above < infinity ? above - below : std::max(std::abs(below), 1e-300);
-            if (gap <= widest) continue;
-            widest = gap;
-            end = below + 0.5 * gap;
-        }
-        // Two eigenvalues that close would leave the count to rounding.
-        if (widest < 1e-9 * std::abs(end)) return std::nullopt;
-        return end;
+        const auto look = [&](Index first, Index last) {
+            for (Index i = first; i <= last; ++i) {
+                const double below = v[i - 1];
+                const double above = i < size ? v[i] : found.next;
+                // Behind the last of all eigenvalues there is nothing.
+                const double gap = above < infinity ? above - below : std::max(std::abs(below), 1e-300);
+                if (gap <= widest) continue;
+                widest = gap;
+                end = below + 0.5 * gap;
+            }
+            // Between two eigenvalues that are closer the count would be left to rounding.
+            return widest > 1e-9 * std::abs(end);
+        };
+        if (look(least, std::min(size, most))) return end;
+        // All of these are one multiple eigenvalue: behind it, or before it.
+        if (look(least, size)) return end;
+        if (!goal.last && look(std::max<Index>(goal.left, 1), size)) return end;
+        return std::nullopt;
     }
 
     void add(Eigenpairs& pairs, const RitzValues& ritz, const std::vector<Index>& accepted,
