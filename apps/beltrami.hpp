@@ -32,6 +32,7 @@
 #include "beltrami/operators/stiffness.hpp"
 #include "beltrami/operators/tangent_frames.hpp"
 #include "beltrami/solvers/bounded_solver.hpp"
+#include "beltrami/solvers/hierarchy.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
 #include "beltrami/solvers/local_integrator.hpp"
 #include "beltrami/solvers/local_solver.hpp"
