@@ -32,11 +32,7 @@ struct SpectrumEnd {
     Index below = 0;
 };
 
-/// Where an earlier run ended.
-struct SpectrumResume {
-    SpectrumEnd end;  ///< the upper end of its last band
-    Columns before;   ///< the vectors of that band, problem.rows() x any
-};
+struct SpectrumResume;
 
 struct SpectrumOptions {
     /// So many of the lowest pairs; 0: as many as the cutoff leaves.
@@ -68,6 +64,13 @@ struct BandCertificate {
     double shift = 0.0;
     Index dimension = 0;  ///< of the Krylov spaces, all together
     int rounds = 0;  ///< Krylov spaces it took: more than one where multiple eigenvalues outnumber the block
+};
+
+/// Where an earlier run ended.
+struct SpectrumResume {
+    BandCertificate last;  ///< of its last band, of which nothing was cut off
+    Columns before;        ///< the vectors of that band, problem.rows() x last.found
+    Index bands = 0;       ///< how many there were
 };
 
 struct SpectralBand {

@@ -53,7 +53,7 @@ class Bands {
     void run() {
         SpectrumEnd lower = start();
         if (options_.resume != nullptr) {
-            lower = options_.resume->end;
+            lower = options_.resume->last.upper;
             before_ = options_.resume->before;
         }
         const double top = options_.cutoff > 0.0 ? options_.cutoff * options_.cutoff : infinity;
@@ -64,6 +64,10 @@ class Bands {
             density = static_cast<double>(options_.count) /
                       estimated_eigenvalue(problem_, static_cast<double>(options_.count));
         }
+        const auto density_of = [](const BandCertificate& band) {
+            return band.found / (band.upper.value - std::max(band.lower.value, 0.0));
+        };
+        if (options_.resume != nullptr && options_.resume->last.found > 1) density = density_of(options_.resume->last);
         while (lower.below < wanted && lower.value < top) {
             report(options_.progress, "eigenpairs",
                    options_.count > 0
@@ -71,8 +75,7 @@ class Bands {
                        : std::max(0.0, lower.value / top));
             SpectralBand band = next_band(lower, wanted, top, density);
             lower = band.certificate.upper;
-            const auto width = lower.value - std::max(band.certificate.lower.value, 0.0);
-            if (band.certificate.found > 1) density = band.certificate.found / width;
+            if (band.certificate.found > 1) density = density_of(band.certificate);
             summary_.bands.push_back(band.certificate);
             summary_.count += static_cast<Index>(band.values.size());
             sink_(band);
@@ -222,7 +225,7 @@ class Bands {
         constexpr Index size = panel_width;
         BlockLanczosOptions space;
         space.capacity = std::max<Index>(3 * missing + 30 * size, 8 * size);
-        space.seed = static_cast<std::uint32_t>(trace.rounds + 16 * summary_.bands.size());
+        space.seed = static_cast<std::uint32_t>(trace.rounds) + 1000U * bands_done();
         BlockLanczos lanczos(problem_, *pencil_, pairs.vectors, space);
         Found found;
         RitzValues ritz;
@@ -352,6 +355,10 @@ class Bands {
                          before_, std::max(zero_scale, 1e-3 * upper.value));
     }
 
+    [[nodiscard]] std::uint32_t bands_done() const {
+        return static_cast<std::uint32_t>(summary_.bands.size()) +
+               static_cast<std::uint32_t>(options_.resume != nullptr ? options_.resume->bands : 0);
+    }
     [[nodiscard]] Index band_size() const { return options_.band > 0 ? options_.band : 96; }
 
     void memory(std::size_t spaces) {

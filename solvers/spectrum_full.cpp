@@ -66,7 +66,8 @@ void spectrum_in_full(const Eigenproblem& problem, const SpectrumOptions& option
         options.cutoff > 0.0 ? options.cutoff * options.cutoff : std::numeric_limits<double>::infinity();
     const auto first = static_cast<Index>((pairs.values.array() < lower.value).count());
     Index last = static_cast<Index>((pairs.values.array() <= top).count());
-    if (options.count > 0) last = std::min(last, std::min(first + options.count, n));
+    const Index start = options.resume != nullptr ? 0 : first;
+    if (options.count > 0) last = std::min(last, std::min(start + options.count, n));
     last = std::max(last, first);
     // The end lies in the widest gap among the next few.
     Index end = last;

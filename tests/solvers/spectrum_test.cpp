@@ -199,7 +199,7 @@ TEST(Spectrum, ResumedIsTheSame) {
     std::vector<SpectralBand> bands;
     spectrum(problem, options, [&](const SpectralBand& band) { bands.push_back(band); });
     ASSERT_GE(bands.size(), 3u);
-    const SpectrumResume resume{bands[0].certificate.upper, bands[0].vectors};
+    const SpectrumResume resume{bands[0].certificate, bands[0].vectors, 1};
     options.resume = &resume;
     std::vector<SpectralBand> rest;
     const SpectrumSummary summary =
