@@ -34,6 +34,13 @@ struct SpectrumEnd {
 
 struct SpectrumResume;
 
+/// What a spectrum will take, told before it is taken.
+struct SpectrumPlan {
+    double factor_bytes = 0.0;       ///< of a factor, in memory
+    double factor_disk_bytes = 0.0;  ///< of a factor that is kept on disk
+    double memory_bytes = 0.0;       ///< in all, factor included
+};
+
 struct SpectrumOptions {
     /// So many of the lowest pairs; 0: as many as the cutoff leaves.
     Index count = 0;
@@ -49,6 +56,8 @@ struct SpectrumOptions {
     ShiftInvertOptions factor = {};
     /// For a run that goes on, with the same options as the earlier one.
     const SpectrumResume* resume = nullptr;
+    /// Called once, before the first factorization.
+    std::function<void(const SpectrumPlan&)> on_plan = {};
     const Progress* progress = nullptr;
 };
 

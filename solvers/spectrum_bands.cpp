@@ -48,6 +48,13 @@ class Bands {
         const Stopwatch watch(summary.analysis_seconds);
         report(options.progress, "ordering", 0.0);
         pencil_.emplace(problem, options.factor);
+        if (!options.on_plan) return;
+        // The space, the pairs that converge in it on both sides of the shift, the band and the one before it.
+        const double columns = 3.0 * band_size() + 30.0 * panel_width + 4.0 * band_size();
+        const auto factor = static_cast<double>(pencil_->memory_bytes());
+        options.on_plan({factor, static_cast<double>(pencil_->disk_bytes()),
+                         factor + sizeof(double) * columns * problem.rows() +
+                             static_cast<double>(problem.memory_bytes())});
     }
 
     void run() {
@@ -67,7 +74,8 @@ class Bands {
         const auto density_of = [](const BandCertificate& band) {
             return band.found / (band.upper.value - std::max(band.lower.value, 0.0));
         };
-        if (options_.resume != nullptr && options_.resume->last.found > 1) density = density_of(options_.resume->last);
+        if (options_.resume != nullptr && options_.resume->last.found > 1)
+            density = density_of(options_.resume->last);
         while (lower.below < wanted && lower.value < top) {
             report(options_.progress, "eigenpairs",
                    options_.count > 0

@@ -45,6 +45,8 @@ void put_constants(const Eigenproblem& problem, Eigenpairs& pairs) {
 
 void spectrum_in_full(const Eigenproblem& problem, const SpectrumOptions& options, const BandSink& sink,
                       SpectrumSummary& summary) {
+    const double bytes = 3.0 * sizeof(double) * problem.rows() * static_cast<double>(problem.rows());
+    if (options.on_plan) options.on_plan({0.0, 0.0, bytes});
     report(options.progress, "eigenpairs", -1.0);
     Eigenpairs pairs = dense_pairs(problem);
     const Index n = problem.rows();
@@ -97,7 +99,7 @@ void spectrum_in_full(const Eigenproblem& problem, const SpectrumOptions& option
             "take --method bands, or allow larger residuals with --tolerance");
     }
     keep(band, last - first);
-    summary.memory_bytes = 3 * sizeof(double) * static_cast<std::size_t>(n) * static_cast<std::size_t>(n);
+    summary.memory_bytes = static_cast<std::size_t>(bytes);
     summary.factorizations = pencil.factorizations();
     summary.bands.push_back(band.certificate);
     summary.count = last - first;

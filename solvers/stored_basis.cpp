@@ -299,6 +299,10 @@ void BasisWriter::set_resume() {
     Columns before(problem_.rows(), functions.rows());
     for (Index i = 0; i < problem_.rows(); ++i)
         before.row(i) = functions.col(user_vertex(i)).transpose();
+    Columns weighted;
+    problem_.apply_mass(before, weighted);
+    // Stored in another norm, or in fewer digits.
+    before *= before.cwiseProduct(weighted).colwise().sum().cwiseSqrt().cwiseInverse().asDiagonal();
     resume_ =
         SpectrumResume{certificates_.back(), std::move(before), static_cast<Index>(certificates_.size())};
 }
@@ -339,6 +343,7 @@ void BasisWriter::add(const SpectralBand& band) {
     Block functions = Block::Zero(band.vectors.cols(), laplacian_.vertex_count());
     for (Index i = 0; i < problem_.rows(); ++i)
         functions.col(user_vertex(i)) = band.vectors.row(i).transpose();
+    if (options_.plain_product) functions.rowwise().normalize();
     write_npy(band_file(folder_, certificates_.size()), functions, options_.type);
     eigenvalues_.insert(eigenvalues_.end(), band.values.begin(), band.values.end());
     write_npy(folder_ / "eigenvalues.npy",

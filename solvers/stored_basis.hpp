@@ -94,6 +94,9 @@ struct BasisWriterOptions {
     NpyType type = NpyType::float64;
     /// Go on with what is there. Without it a folder that holds a basis is refused.
     bool resume = false;
+    /// Store functions of 2-norm 1 and a mass of 1, as if they were orthogonal without the mass: what Figure 2 C of
+    /// Vallet & Levy 2008 warns of. For comparison only.
+    bool plain_product = false;
 };
 
 /// Writes bands as they come.

@@ -24,7 +24,7 @@ int run_program(int argc, char** argv) {
     spdlog::set_default_logger(spdlog::stderr_color_mt("beltrami"));
     spdlog::set_pattern("%l: %v");
 
-    CLI::App program("Heat, waves and interpolation on meshes, by sparse PDE solvers.", "beltrami");
+    CLI::App program("Heat, waves, interpolation and spectra on meshes, by sparse PDE solvers.", "beltrami");
     program.set_version_flag("--version", "beltrami " BELTRAMI_VERSION);
     program.require_subcommand(1);
     program.footer("beltrami COMMAND --help tells a command's options.\nBuilt-in shapes, for MESH:\n" +
@@ -41,6 +41,8 @@ int run_program(int argc, char** argv) {
     add_fair(program, run);
     add_membrane(program, run);
     add_poke(program, run);
+    add_harmonics(program, run);
+    add_filter(program, run);
     try {
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0) {

@@ -227,14 +227,19 @@ Mesh Run::load_mesh() {
 }
 
 Laplacian Run::build(const Mesh& mesh) {
-    Laplacian laplacian = timed("build", [&] { return Laplacian(mesh); });
+    return build(
+        mesh, [&] { return Laplacian(mesh); }, "keep their initial value");
+}
+
+Laplacian Run::build(const Mesh& mesh, const std::function<Laplacian()>& make, const std::string& isolated) {
+    Laplacian laplacian = timed("build", make);
     if (laplacian.left_out_cells() > 0) {
         warn(fmt::format("{} of {} {} have no {} and are left out", laplacian.left_out_cells(),
                          mesh.cell_count(), plural(mesh.kind()),
                          mesh.kind() == CellKind::tetrahedron ? "volume" : "area"));
     }
     if (laplacian.isolated_vertices() > 0) {
-        warn(fmt::format("{} isolated vertices keep their initial value", laplacian.isolated_vertices()));
+        warn(fmt::format("{} isolated vertices {}", laplacian.isolated_vertices(), isolated));
     }
     return laplacian;
 }

@@ -41,6 +41,8 @@ class Run {
     [[nodiscard]] const MeshReport& mesh_report() const { return mesh_report_; }
     /// Builds the operators and warns of what they leave out.
     Laplacian build(const Mesh& mesh);
+    /// The same with an operator of the command's own; `isolated`: what becomes of isolated vertices.
+    Laplacian build(const Mesh& mesh, const std::function<Laplacian()>& make, const std::string& isolated);
 
     [[nodiscard]] LinearSolverOptions linear_options() const;
     [[nodiscard]] const Progress* progress() const { return progress_.get(); }
@@ -66,6 +68,7 @@ class Run {
     /// Writes --summary. The last thing a command does.
     void finish();
 
+    [[nodiscard]] bool verbose() const { return verbose_; }
     /// As --quiet: for commands whose standard output is data.
     void be_quiet() { quiet_ = true; }
 
@@ -148,5 +151,7 @@ void add_curvature(CLI::App& program, Run& run);
 void add_fair(CLI::App& program, Run& run);
 void add_membrane(CLI::App& program, Run& run);
 void add_poke(CLI::App& program, Run& run);
+void add_harmonics(CLI::App& program, Run& run);
+void add_filter(CLI::App& program, Run& run);
 
 }  // namespace beltrami::program

@@ -1,0 +1,45 @@
+// What the spectral commands share: which operator, the folder of a basis, the summary of a spectrum.
+#pragma once
+
+#include "run.hpp"
+
+namespace beltrami::program {
+
+struct OperatorOptions {
+    std::string mass = "lumped";
+    std::string laplacian = "dec";
+    bool hold_boundary = false;
+    std::vector<Index> hold = {};
+};
+/// Declares --mass, --laplacian, --hold-boundary and --hold.
+void add_operator_options(CLI::App& command, OperatorOptions& options);
+
+/// The eigenproblem of a mesh, made as the options say.
+struct SpectralProblem {
+    Laplacian laplacian;
+    Eigenproblem problem;
+    BasisOperator description;
+};
+SpectralProblem spectral_problem(Run& run, const Mesh& mesh, const OperatorOptions& options);
+
+struct SpectrumCommandOptions {
+    std::string method = "auto";
+    double tolerance = 1e-8;
+    std::string memory;
+    int band = 0;
+};
+/// Declares --method, --tolerance, --memory and --band.
+void add_spectrum_options(CLI::App& command, SpectrumCommandOptions& options);
+/// `scratch`: where a factor that does not fit lies.
+SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& options,
+                                 const std::filesystem::path& scratch);
+
+/// "8G", "500M": bytes.
+double parse_bytes(const std::string& option, const std::string& text);
+
+void record(Run& run, const SpectrumSummary& summary);
+
+/// Opens the basis, which must be the mesh's, and says what it is. Warns where it is not complete.
+StoredBasis open_basis(Run& run, const std::string& folder, const Mesh& mesh);
+
+}  // namespace beltrami::program
