@@ -25,7 +25,7 @@ namespace {
 constexpr std::string_view magic("\x93NUMPY\x01\x00", 8);
 constexpr std::size_t alignment = 64;
 
-void write_array(const std::filesystem::path& path, const Eigen::Ref<const Block>& values, NpyType type,
+void write_array(const std::filesystem::path& path, const Block& values, NpyType type,
                  const std::string& shape) {
     if (!values.allFinite()) {
         throw InputError(path.string() + ": an array has a value that is not a finite number",
@@ -79,12 +79,12 @@ class Descriptor {
 
 }  // namespace
 
-void write_npy(const std::filesystem::path& path, const Eigen::Ref<const Block>& values, NpyType type) {
+void write_npy(const std::filesystem::path& path, const Block& values, NpyType type) {
     write_array(path, values, type, fmt::format("{}, {}", values.rows(), values.cols()));
 }
 
 void write_npy(const std::filesystem::path& path, const Vector& values) {
-    write_array(path, values, NpyType::float64, fmt::format("{},", values.size()));
+    write_array(path, Block(values), NpyType::float64, fmt::format("{},", values.size()));
 }
 
 NpyArray::NpyArray(const std::filesystem::path& path) {

@@ -19,8 +19,7 @@ enum class NpyType { float64, float32 };
 
 /// rows x columns, written whole or not at all. Throws InputError where the file cannot be written, and for a value that
 /// is not finite, in which case nothing is written.
-void write_npy(const std::filesystem::path& path, const Eigen::Ref<const Block>& values,
-               NpyType type = NpyType::float64);
+void write_npy(const std::filesystem::path& path, const Block& values, NpyType type = NpyType::float64);
 /// One dimension.
 void write_npy(const std::filesystem::path& path, const Vector& values);
 

@@ -288,8 +288,7 @@ BasisWriter::BasisWriter(fs::path folder, const Mesh& mesh, const Laplacian& lap
             problem.lumped() ? problem.lumped_mass()[i] : problem.consistent_mass().coeff(i, i);
     }
     write_npy(folder_ / "mass.npy", mass);
-    if (!problem.lumped())
-        write_npy(folder_ / "mass-edges.npy", mass_edges(laplacian_, problem), NpyType::float64);
+    if (!problem.lumped()) write_npy(folder_ / "mass-edges.npy", mass_edges(laplacian_, problem));
 }
 
 void BasisWriter::set_resume() {
