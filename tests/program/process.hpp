@@ -25,6 +25,8 @@ inline Arguments operator+(Arguments a, const Arguments& b) {
 
 /// Runs the program with these arguments; with `interrupt_when` not empty, sends Ctrl-C once that file exists.
 Outcome run_beltrami(const Arguments& arguments, const std::string& interrupt_when = {});
+/// Runs it and kills it (SIGKILL) after so many seconds; false where it ended before.
+bool kill_beltrami_after(double seconds, const Arguments& arguments);
 
 void write_text(const std::filesystem::path& path, const std::string& text);
 nlohmann::json read_json(const std::filesystem::path& path);
