@@ -18,6 +18,8 @@ struct Narrow {
                                        aligned(sizeof(double)), may_alias));
     static constexpr int lanes = BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4;
 };
+// Numbers of the factor that are fetched ahead: most panels are too short for what a processor does by itself.
+constexpr int ahead = 1024;
 constexpr int most = BELTRAMI_KERNELS_REGISTERS;
 
 // c_r -= or = - sum over k of L(r, k) b_k for four rows; L is [k][row].
@@ -31,6 +33,7 @@ BELTRAMI_KERNELS_TARGET inline void tile(const double* L, int depth, const doubl
             sum[r][v] = fresh ? Lane{} : *reinterpret_cast<const Lane*>(c[r] + v * T::lanes);
     }
     for (int k = 0; k < depth; ++k, L += 4, b += stride) {
+        if (!fresh) __builtin_prefetch(L + ahead);
         Lane row[registers];
         for (int v = 0; v < registers; ++v)
             row[v] = *reinterpret_cast<const Lane*>(b + v * T::lanes);
@@ -104,22 +107,33 @@ BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const doub
     }
 }
 
-// Columns at ... at + count of a panel, those behind them done.
+// Columns at ... at + count of a panel, at a multiple of four, less what blocks of four rows below begin ... end have of
+// them; `scale`: first times D^-1; `finish`: then less the columns behind, which are done, and each other.
+// Everything goes backwards through memory, as sweeps do from panel to panel.
 template <class T, int registers, int count>
 BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const double* L, const Index* rows, double* x,
-                                                     std::ptrdiff_t stride, int at) {
+                                                     std::ptrdiff_t stride, int at, int begin, int end, bool scale,
+                                                     bool finish) {
     using Lane = typename T::Lane;
     double* own = x + panel.first * stride;
-    const double* corner = L + triangle_size(at) + 4 * at;
+    // Of column r with row s of the block of rows that begins at row `behind`.
+    const auto entry = [=](int behind, int r, int s) BELTRAMI_KERNELS_TARGET {
+        return L[triangle_size(behind) + 4 * (at + r) + s];
+    };
     Lane sum[count][registers];
     for (int r = 0; r < count; ++r) {
+        const double factor = scale ? entry(at + r / 4 * 4, r, r % 4) : 1.0;
         for (int v = 0; v < registers; ++v)
-            sum[r][v] = corner[5 * r] * *reinterpret_cast<const Lane*>(own + (at + r) * stride + v * T::lanes);
+            sum[r][v] = factor * *reinterpret_cast<const Lane*>(own + (at + r) * stride + v * T::lanes);
     }
-    const double* l = L + triangle_size(panel.columns) + 4 * at;
-    for (int i = 0; i < panel.below; i += 4, l += 4 * static_cast<std::ptrdiff_t>(panel.columns)) {
-        for (int s = 0; s < 4; ++s) {
-            const double* from = x + rows[i + s] * stride;
+    const std::ptrdiff_t block = 4 * static_cast<std::ptrdiff_t>(panel.columns);
+    const double* l = L + triangle_size(panel.columns) + end * block + 4 * at;
+    for (int i = 4 * end; i > 4 * begin; i -= 4) {
+        l -= block;
+        for (int r = 0; r < count; r += 2)
+            __builtin_prefetch(l - ahead + 4 * r);
+        for (int s = 3; s >= 0; --s) {
+            const double* from = x + rows[i - 4 + s] * stride;
             Lane row[registers];
             for (int v = 0; v < registers; ++v)
                 row[v] = *reinterpret_cast<const Lane*>(from + v * T::lanes);
@@ -129,21 +143,22 @@ BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const d
             }
         }
     }
-    for (int i = at + 4; i < panel.columns; ++i) {
-        const double* from = own + i * stride;
-        const double* t = L + triangle_size(i / 4 * 4) + 4 * at + i % 4;
-        Lane row[registers];
-        for (int v = 0; v < registers; ++v)
-            row[v] = *reinterpret_cast<const Lane*>(from + v * T::lanes);
-        for (int r = 0; r < count; ++r) {
+    if (finish) {
+        for (int i = panel.columns - 1; i >= at + count; --i) {
+            const double* t = L + triangle_size(i / 4 * 4) + 4 * at + i % 4;
+            Lane row[registers];
             for (int v = 0; v < registers; ++v)
-                sum[r][v] -= t[4 * r] * row[v];
+                row[v] = *reinterpret_cast<const Lane*>(own + i * stride + v * T::lanes);
+            for (int r = 0; r < count; ++r) {
+                for (int v = 0; v < registers; ++v)
+                    sum[r][v] -= t[4 * r] * row[v];
+            }
         }
-    }
-    for (int r = count - 1; r > 0; --r) {
-        for (int k = 0; k < r; ++k) {
-            for (int v = 0; v < registers; ++v)
-                sum[k][v] -= corner[4 * k + r] * sum[r][v];
+        for (int s = count - 1; s > 0; --s) {
+            for (int r = 0; r < s; ++r) {
+                for (int v = 0; v < registers; ++v)
+                    sum[r][v] -= entry(at + s / 4 * 4, r, s % 4) * sum[s][v];
+            }
         }
     }
     for (int r = 0; r < count; ++r) {
@@ -155,15 +170,39 @@ BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const d
 template <class T, int registers>
 BELTRAMI_KERNELS_TARGET inline void backward_panel(const Panel& panel, const double* L, const Index* rows, double* x,
                                                    std::ptrdiff_t stride) {
-    int at = (panel.columns - 1) / 4 * 4;
-    switch (panel.columns - at) {
-        case 1: backward_columns<T, registers, 1>(panel, L, rows, x, stride, at); break;
-        case 2: backward_columns<T, registers, 2>(panel, L, rows, x, stride, at); break;
-        case 3: backward_columns<T, registers, 3>(panel, L, rows, x, stride, at); break;
-        default: backward_columns<T, registers, 4>(panel, L, rows, x, stride, at); break;
+    // Columns at a time, so that their sums stay in registers.
+    constexpr int group = registers <= BELTRAMI_KERNELS_REGISTERS / 2 ? 8 : 4;
+    const int blocks = (panel.below + 3) / 4;
+    const auto columns = [=, &panel](int at, int count, int begin, int end, bool scale,
+                                     bool finish) BELTRAMI_KERNELS_TARGET {
+        switch (count) {
+            case 1: return backward_columns<T, registers, 1>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+            case 2: return backward_columns<T, registers, 2>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+            case 3: return backward_columns<T, registers, 3>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+            case 4: return backward_columns<T, registers, 4>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+            default: break;
+        }
+        if constexpr (group == 8) {
+            switch (count) {
+                case 5: return backward_columns<T, registers, 5>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+                case 6: return backward_columns<T, registers, 6>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+                case 7: return backward_columns<T, registers, 7>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+                default: return backward_columns<T, registers, 8>(panel, L, rows, x, stride, at, begin, end, scale, finish);
+            }
+        }
+    };
+    const int last = (panel.columns - 1) / group * group;
+    if (last == 0) return columns(0, panel.columns, 0, blocks, true, true);
+    // Rows below by what fits in a cache.
+    constexpr int some = 16;
+    for (int end = blocks; end > 0; end -= some) {
+        for (int at = last; at >= 0; at -= group) {
+            columns(at, panel.columns - at < group ? panel.columns - at : group, end > some ? end - some : 0, end,
+                    end == blocks, false);
+        }
     }
-    for (at -= 4; at >= 0; at -= 4)
-        backward_columns<T, registers, 4>(panel, L, rows, x, stride, at);
+    for (int at = last; at >= 0; at -= group)
+        columns(at, panel.columns - at < group ? panel.columns - at : group, 0, 0, blocks == 0, true);
 }
 
 template <class T, int registers>

@@ -35,6 +35,8 @@ constexpr double worth_groups = 2e5;
 constexpr double worth_sharing = 1e6;
 // Columns of a sweep.
 constexpr Index most_columns = 32;
+// Unknowns whose values fit in a core's cache while a sweep passes through them.
+constexpr Index piece_rows = 2048;
 
 struct Freed {
     std::size_t alignment = 64;
@@ -128,6 +130,13 @@ Supernodes analyse(const Eigen::SparseMatrix<double, Eigen::RowMajor>& K) {
     common.method[0].ordering = CHOLMOD_METIS;
     common.postorder = 1;
     common.supernodal = CHOLMOD_SUPERNODAL;
+    // Sweeps read the zeros that merged supernodes hold: fewer of them than CHOLMOD takes by itself.
+    common.nrelax[0] = 4;
+    common.nrelax[1] = 8;
+    common.nrelax[2] = 32;
+    common.zrelax[0] = 0.5;
+    common.zrelax[1] = 0.2;
+    common.zrelax[2] = 0.05;
     cholmod_factor* L = cholmod_l_analyze(&pattern, &common);
     if (L == nullptr) no_room(n);
     Supernodes nodes;
@@ -146,9 +155,10 @@ Supernodes analyse(const Eigen::SparseMatrix<double, Eigen::RowMajor>& K) {
 
 }  // namespace
 
-// Fronts are in the order of elimination: group by group, whole subtrees, and last the top, which joins them. Sweeps work
-// in an array of rows that holds for each group its own columns, then the rows of the top that it touches, then a row
-// of zeros that fills up blocks; and at its end the columns of the top.
+// Fronts are in the order of elimination: group by group, whole subtrees, and last the top, which joins them. Each group
+// sweeps in an array of rows of its own: room for one piece, which is a few small subtrees; the columns of the group
+// that are in no piece; those of the top that it touches; a row of zeros, which fills up blocks. The values of a piece
+// come from the caller's columns when its turn comes and go back there, so that they stay in a core's cache meanwhile.
 struct SupernodalLdlt::Factor {
     struct Node {
         Index first = 0;  // column
@@ -167,13 +177,27 @@ struct SupernodalLdlt::Factor {
             return static_cast<std::size_t>(Front::update_size(columns, rows));
         }
     };
-    struct Group {
+    // Successive nodes of a group and the unknowns that are their columns. A whole one is made of subtrees.
+    struct Piece {
         std::size_t begin = 0;  // of the nodes
         std::size_t end = 0;
         std::size_t first_panel = 0;
         std::size_t last_panel = 0;
-        Index base = 0;                        // of its rows in the array of sweeps
-        Index columns = 0;                     // of its own
+        std::size_t first_move = 0;
+        std::size_t last_move = 0;
+        bool whole = false;
+    };
+    struct Move {
+        Index unknown;
+        Index row;  // in the group's array
+    };
+    struct Group {
+        std::size_t begin = 0;  // of the nodes
+        std::size_t end = 0;
+        std::size_t first_piece = 0;
+        std::size_t last_piece = 0;
+        std::size_t base = 0;                  // of its array in that of all groups
+        Index columns = 0;                     // rows of its array before those of the top
         std::vector<Index> touched;            // columns of the top, counted from there
         std::array<std::size_t, 2> stack{};    // numbers of updates at once, by parity of the depth
         std::size_t panel = 0;                 // numbers of the largest front's own rows
@@ -183,10 +207,11 @@ struct SupernodalLdlt::Factor {
     std::vector<Node> nodes;
     std::vector<Group> groups;  // the last is the top
     std::vector<Panel> panels;
-    std::vector<Index> lists;   // rows in the array of sweeps, counted from the group's base
+    std::vector<Index> lists;   // rows in the group's array
     std::vector<Index> places;  // of a row below in the parent's front
-    std::vector<Index> row_of;  // of an unknown in the array of sweeps
-    Index array_rows = 0;
+    std::vector<Piece> pieces;
+    std::vector<Move> moves;  // by unknown in each piece
+    std::size_t array_rows = 0;
 
     // Entries at and below the diagonal by column of L.
     std::vector<std::size_t> starts;
@@ -219,7 +244,8 @@ struct SupernodalLdlt::Factor {
     void build(const Eigenproblem& problem);
     void set_order(const Supernodes& supernodes, std::vector<Index>& new_of_old,
                    std::vector<std::vector<Index>>& rows);
-    void set_groups(const std::vector<std::vector<Index>>& rows);
+    void set_groups(const std::vector<Index>& row_of, const std::vector<std::vector<Index>>& rows);
+    std::vector<Index> set_pieces(const std::vector<Index>& order);
     void set_entries(const Eigenproblem& problem, const std::vector<Index>& order,
                      const std::vector<std::vector<Index>>& rows);
     [[nodiscard]] Front front_of(const Node& node, double* panel, double* update) const;
@@ -366,36 +392,87 @@ void SupernodalLdlt::Factor::set_order(const Supernodes& supernodes, std::vector
     }
 }
 
-void SupernodalLdlt::Factor::set_groups(const std::vector<std::vector<Index>>& rows) {
+// Pieces and what moves in and out of them: the row of each column in its group's array.
+std::vector<Index> SupernodalLdlt::Factor::set_pieces(const std::vector<Index>& order) {
+    std::vector<Index> size(nodes.size());  // columns of a subtree
+    for (std::size_t f = 0; f < nodes.size(); ++f) {
+        size[f] += nodes[f].columns;
+        if (nodes[f].parent >= 0) size[at(nodes[f].parent)] += size[f];
+    }
+    std::vector<Index> row_of(at(n));
+    for (Group& group : groups) {
+        group.first_piece = pieces.size();
+        const bool is_top = &group == &groups.back();
+        const auto whole = [&](std::size_t f) { return !is_top && size[f] <= piece_rows; };
+        Index room = 0;
+        for (std::size_t f = group.begin; f < group.end;) {
+            Piece piece;
+            piece.whole = whole(f);
+            piece.begin = f;
+            Index columns = 0;
+            while (f < group.end && whole(f) == piece.whole) {
+                std::size_t end = f + 1;
+                if (piece.whole) {
+                    // Descendants come first: f is a leaf, and its last ancestor that is whole ends the subtree.
+                    while (nodes[end - 1].parent >= 0 && at(nodes[end - 1].parent) < group.end &&
+                           whole(at(nodes[end - 1].parent)))
+                        end = at(nodes[end - 1].parent) + 1;
+                    if (columns > 0 && columns + size[end - 1] > piece_rows) break;
+                }
+                for (; f < end; ++f)
+                    columns += nodes[f].columns;
+            }
+            piece.end = f;
+            if (piece.whole) room = std::max(room, columns);
+            pieces.push_back(piece);
+        }
+        group.last_piece = pieces.size();
+        group.columns = room;
+        for (std::size_t p = group.first_piece; p < group.last_piece; ++p) {
+            Piece& piece = pieces[p];
+            Index in_room = 0;
+            Index& row = piece.whole ? in_room : group.columns;
+            piece.first_move = moves.size();
+            for (std::size_t f = piece.begin; f < piece.end; ++f) {
+                for (Index c = nodes[f].first; c < nodes[f].first + nodes[f].columns; ++c) {
+                    row_of[at(c)] = row;
+                    moves.push_back({order[at(c)], row++});
+                }
+            }
+            piece.last_move = moves.size();
+            std::sort(moves.begin() + static_cast<std::ptrdiff_t>(piece.first_move), moves.end(),
+                      [](const Move& a, const Move& b) { return a.unknown < b.unknown; });
+        }
+    }
+    return row_of;
+}
+
+// Panels and lists of rows. row_of: of each column in its group's array.
+void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of, const std::vector<std::vector<Index>>& rows) {
     const Group& top = groups.back();
     const Index top_begin = top.begin < nodes.size() ? nodes[top.begin].first : n;
     std::size_t values_size = 0;
-    std::vector<Index> local(at(n - top_begin), -1);
+    std::vector<Index> touched_row(at(n - top_begin));
     std::vector<Index> position(at(n));
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        Group& group = groups[g];
-        const bool is_top = g + 1 == groups.size();
-        const Index first = group.begin < nodes.size() ? nodes[group.begin].first : n;
-        const Index last = group.end < nodes.size() ? nodes[group.end].first : n;
-        group.columns = last - first;
-        group.base = array_rows;
-        std::fill(local.begin(), local.end(), -1);
+    for (Group& group : groups) {
+        const bool is_top = &group == &groups.back();
         if (!is_top) {
+            std::fill(touched_row.begin(), touched_row.end(), -1);
             for (std::size_t f = group.begin; f < group.end; ++f) {
                 for (const Index row : rows[f]) {
-                    if (row < top_begin || local[at(row - top_begin)] >= 0) continue;
-                    local[at(row - top_begin)] = 0;
+                    if (row < top_begin || touched_row[at(row - top_begin)] >= 0) continue;
+                    touched_row[at(row - top_begin)] = 0;
                     group.touched.push_back(row - top_begin);
                 }
             }
             std::sort(group.touched.begin(), group.touched.end());
             for (std::size_t t = 0; t < group.touched.size(); ++t)
-                local[at(group.touched[t])] = group.columns + static_cast<Index>(t);
+                touched_row[at(group.touched[t])] = group.columns + static_cast<Index>(t);
         }
         const Index zeros = group.columns + static_cast<Index>(group.touched.size());
-        array_rows += zeros + 1;
+        group.base = array_rows;
+        array_rows += at(zeros) + 1;
 
-        group.first_panel = panels.size();
         std::array<std::size_t, 2> used{};
         for (std::size_t f = group.begin; f < group.end; ++f) {
             Node& node = nodes[f];
@@ -403,13 +480,13 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<std::vector<Index>>& r
             node.place = places.size();
             node.panels = panels.size();
             for (const Index row : rows[f])
-                lists.push_back(row < last ? row - first : local[at(row - top_begin)]);
+                lists.push_back(row < top_begin || is_top ? row_of[at(row)] : touched_row[at(row - top_begin)]);
             for (int fill = 0; fill < 3; ++fill)
                 lists.push_back(zeros);
             for (Index from = 0; from < node.columns; from += supernodal::panel_columns) {
                 Panel panel{};
                 panel.columns = std::min<Index>(supernodal::panel_columns, node.columns - from);
-                panel.first = node.first - first + from;
+                panel.first = row_of[at(node.first + from)];
                 panel.below = node.rows - from - panel.columns;
                 panel.values = values_size;
                 panel.rows = node.list + at(from + panel.columns);
@@ -434,8 +511,11 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<std::vector<Index>>& r
                 if (nodes[at(c)].stacked) used[static_cast<std::size_t>(nodes[at(c)].depth & 1)] -= nodes[at(c)].update_size();
             }
         }
-        group.last_panel = panels.size();
         working += (group.stack[0] + group.stack[1] + group.panel) * sizeof(double);
+    }
+    for (Piece& piece : pieces) {
+        piece.first_panel = nodes[piece.begin].panels;
+        piece.last_panel = piece.end < nodes.size() ? nodes[piece.end].panels : panels.size();
     }
     values = Numbers(values_size);
 }
@@ -446,15 +526,6 @@ void SupernodalLdlt::Factor::set_entries(const Eigenproblem& problem, const std:
     std::vector<Index> new_of(at(n));
     for (Index j = 0; j < n; ++j)
         new_of[at(order[at(j)])] = j;
-
-    row_of.resize(at(n));
-    for (const Group& group : groups) {
-        for (std::size_t f = group.begin; f < group.end; ++f) {
-            const Node& node = nodes[f];
-            for (Index c = 0; c < node.columns; ++c)
-                row_of[at(order[at(node.first + c)])] = group.base + lists[node.list] + c;
-        }
-    }
 
     const auto& K = problem.stiffness();
     const Eigen::SparseMatrix<double, Eigen::RowMajor> M = problem.mass_matrix();
@@ -489,7 +560,7 @@ void SupernodalLdlt::Factor::build(const Eigenproblem& problem) {
     std::vector<Index> order;
     std::vector<std::vector<Index>> rows;
     set_order(analyse(problem.stiffness()), order, rows);
-    set_groups(rows);
+    set_groups(set_pieces(order), rows);
     set_entries(problem, order, rows);
 }
 
@@ -687,39 +758,75 @@ void SupernodalLdlt::Factor::measure() {
 // columns first ... first + count, at most most_columns.
 void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) const {
     const int width = count <= 4 ? 4 : supernodal::round_up(count, 8);
-    const auto needed = at(array_rows) * static_cast<std::size_t>(width);
+    const auto needed = array_rows * static_cast<std::size_t>(width);
     if (work.size() < needed) {
         work = Numbers();
         work = Numbers(needed);
     }
     double* x = work.data();
-    const auto row = [&](Index r) { return x + static_cast<std::ptrdiff_t>(r) * width; };
+    const auto array = [&](const Group& group) { return x + group.base * static_cast<std::size_t>(width); };
     const auto subtrees = static_cast<int>(groups.size()) - 1;
     const Group& top = groups.back();
-    const bool share = subtrees > 1;
     double* data = columns.data() + static_cast<std::ptrdiff_t>(first) * n;
-    constexpr Index piece = 8;
-    const Index pieces = (n + piece - 1) / piece;
-
-#pragma omp parallel if (share)
-    {
-#pragma omp for schedule(static)
-        for (Index p = 0; p < pieces; ++p) {
-            const Index end = std::min(n, (p + 1) * piece);
-            for (Index c = 0; c < width; ++c) {
-                const double* from = data + static_cast<std::ptrdiff_t>(c) * n;
-                for (Index i = p * piece; i < end; ++i)
-                    row(row_of[at(i)])[c] = c < count ? from[i] : 0.0;
-            }
+    // Columns lie far apart: their lines are fetched some rows ahead, once each.
+    const auto fetch = [&](std::size_t m, const Piece& piece, int begin, int end) {
+        constexpr std::size_t ahead = 16;
+        if (m + ahead >= piece.last_move) return;
+        const Index unknown = moves[m + ahead].unknown;
+        if (unknown / 8 == moves[m + ahead - 1].unknown / 8) return;
+        for (int c = begin; c < end; ++c)
+            __builtin_prefetch(data + static_cast<std::ptrdiff_t>(c) * n + unknown);
+    };
+    const auto move_in = [&](double* rows, const Piece& piece, int begin, int end) {
+        const int filled = std::min(end, count);
+        for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
+            fetch(m, piece, begin, filled);
+            const double* from = data + moves[m].unknown;
+            double* to = rows + static_cast<std::ptrdiff_t>(moves[m].row) * width;
+#pragma GCC unroll 8
+            for (int c = begin; c < filled; ++c)
+                to[c] = from[static_cast<std::ptrdiff_t>(c) * n];
+            for (int c = std::max(begin, filled); c < end; ++c)
+                to[c] = 0.0;
         }
+    };
+    const auto move_out = [&](const double* rows, const Piece& piece, int begin, int end) {
+        end = std::min(end, count);
+        for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
+            fetch(m, piece, begin, end);
+            double* to = data + moves[m].unknown;
+            const double* from = rows + static_cast<std::ptrdiff_t>(moves[m].row) * width;
+#pragma GCC unroll 8
+            for (int c = begin; c < end; ++c)
+                to[static_cast<std::ptrdiff_t>(c) * n] = from[c];
+        }
+    };
+    const auto forward = [&](double* rows, const Piece& piece, int begin, int end) {
+        kernels->forward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel, values.data(),
+                         lists.data(), rows + begin, width, end - begin);
+    };
+    const auto backward = [&](double* rows, const Piece& piece, int begin, int end) {
+        kernels->backward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel, values.data(),
+                          lists.data(), rows + begin, width, end - begin);
+    };
+
+#pragma omp parallel if (subtrees > 1)
+    {
 #pragma omp for schedule(dynamic, 1)
         for (int g = 0; g < subtrees; ++g) {
             const Group& group = groups[static_cast<std::size_t>(g)];
-            double* own = row(group.base);
-            std::fill(row(group.base + group.columns),
-                      row(group.base + group.columns + static_cast<Index>(group.touched.size()) + 1), 0.0);
-            kernels->forward(panels.data() + group.first_panel, group.last_panel - group.first_panel, values.data(),
-                             lists.data(), own, width, width);
+            double* rows = array(group);
+            double* above = rows + static_cast<std::ptrdiff_t>(group.columns) * width;
+            std::fill(above, above + (group.touched.size() + 1) * static_cast<std::size_t>(width), 0.0);
+            // What is in no piece gets updates before its turn comes.
+            for (std::size_t p = group.first_piece; p < group.last_piece; ++p) {
+                if (!pieces[p].whole) move_in(rows, pieces[p], 0, width);
+            }
+            for (std::size_t p = group.first_piece; p < group.last_piece; ++p) {
+                if (pieces[p].whole) move_in(rows, pieces[p], 0, width);
+                forward(rows, pieces[p], 0, width);
+                if (pieces[p].whole) move_out(rows, pieces[p], 0, width);
+            }
         }
         // Columns of the top by threads, each the whole way up and down.
         const int parts = std::max(1, std::min(omp_get_num_threads(), width / 8));
@@ -727,42 +834,41 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
         for (int part = 0; part < parts; ++part) {
             const int begin = width == 4 ? 0 : width / 8 * part / parts * 8;
             const int end = width == 4 ? 4 : width / 8 * (part + 1) / parts * 8;
-            double* own = row(top.base);
-            std::fill(row(top.base + top.columns) + begin, row(top.base + top.columns) + end, 0.0);
+            double* rows = array(top);
+            double* zeros = rows + static_cast<std::ptrdiff_t>(top.columns) * width;
+            std::fill(zeros + begin, zeros + end, 0.0);
+            for (std::size_t p = top.first_piece; p < top.last_piece; ++p)
+                move_in(rows, pieces[p], begin, end);
             for (int g = 0; g < subtrees; ++g) {
                 const Group& group = groups[static_cast<std::size_t>(g)];
-                const double* from = row(group.base + group.columns);
+                const double* from = array(group) + static_cast<std::ptrdiff_t>(group.columns) * width;
                 for (const Index t : group.touched) {
-                    double* to = own + static_cast<std::ptrdiff_t>(t) * width;
+                    double* to = rows + static_cast<std::ptrdiff_t>(t) * width;
                     for (int c = begin; c < end; ++c)
                         to[c] += from[c];
                     from += width;
                 }
             }
-            const std::size_t top_panels = top.last_panel - top.first_panel;
-            kernels->forward(panels.data() + top.first_panel, top_panels, values.data(), lists.data(), own + begin, width,
-                             end - begin);
-            kernels->backward(panels.data() + top.first_panel, top_panels, values.data(), lists.data(), own + begin, width,
-                              end - begin);
+            for (std::size_t p = top.first_piece; p < top.last_piece; ++p)
+                forward(rows, pieces[p], begin, end);
+            for (std::size_t p = top.last_piece; p-- > top.first_piece;) {
+                backward(rows, pieces[p], begin, end);
+                move_out(rows, pieces[p], begin, end);
+            }
         }
 #pragma omp for schedule(dynamic, 1)
         for (int g = 0; g < subtrees; ++g) {
             const Group& group = groups[static_cast<std::size_t>(g)];
-            double* to = row(group.base + group.columns);
+            double* rows = array(group);
+            double* above = rows + static_cast<std::ptrdiff_t>(group.columns) * width;
             for (const Index t : group.touched) {
-                std::copy(row(top.base + t), row(top.base + t) + width, to);
-                to += width;
+                const double* from = array(top) + static_cast<std::ptrdiff_t>(t) * width;
+                above = std::copy(from, from + width, above);
             }
-            kernels->backward(panels.data() + group.first_panel, group.last_panel - group.first_panel, values.data(),
-                              lists.data(), row(group.base), width, width);
-        }
-#pragma omp for schedule(static)
-        for (Index p = 0; p < pieces; ++p) {
-            const Index end = std::min(n, (p + 1) * piece);
-            for (Index c = 0; c < count; ++c) {
-                double* to = data + static_cast<std::ptrdiff_t>(c) * n;
-                for (Index i = p * piece; i < end; ++i)
-                    to[i] = row(row_of[at(i)])[c];
+            for (std::size_t p = group.last_piece; p-- > group.first_piece;) {
+                if (pieces[p].whole) move_in(rows, pieces[p], 0, width);
+                backward(rows, pieces[p], 0, width);
+                move_out(rows, pieces[p], 0, width);
             }
         }
     }
@@ -825,7 +931,7 @@ std::size_t SupernodalLdlt::memory_bytes() const {
     for (const Factor::Group& group : f.groups)
         touched += bytes_of(group.touched);
     return f.values.bytes() + f.work.bytes() + touched + bytes_of(f.nodes) + bytes_of(f.panels) + bytes_of(f.lists) +
-           bytes_of(f.places) + bytes_of(f.row_of) + bytes_of(f.starts) + bytes_of(f.positions) +
+           bytes_of(f.places) + bytes_of(f.pieces) + bytes_of(f.moves) + bytes_of(f.starts) + bytes_of(f.positions) +
            bytes_of(f.unknowns) + bytes_of(f.column) + bytes_of(f.stiffness) + bytes_of(f.mass);
 }
 std::size_t SupernodalLdlt::working_bytes() const {
