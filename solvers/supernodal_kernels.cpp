@@ -1,5 +1,7 @@
 #include "beltrami/solvers/supernodal_kernels.hpp"
 
+#include <vector>
+
 #define BELTRAMI_KERNELS any_machine
 #define BELTRAMI_KERNELS_NAME "any"
 #define BELTRAMI_KERNELS_TARGET
@@ -40,17 +42,20 @@
 
 namespace beltrami::supernodal {
 
-const Kernels& kernels() {
+std::span<const Kernels* const> available_kernels() {
+    static const std::vector<const Kernels*> available = [] {
+        std::vector<const Kernels*> found;
 #if defined(__x86_64__)
-    static const Kernels& best = [&]() -> const Kernels& {
-        if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) return with_avx512::all;
-        if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return with_avx2::all;
-        return any_machine::all;
-    }();
-    return best;
-#else
-    return any_machine::all;
+        const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+        if (avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) {
+            found.push_back(&with_avx512::all);
+        }
+        if (avx2) found.push_back(&with_avx2::all);
 #endif
+        found.push_back(&any_machine::all);
+        return found;
+    }();
+    return available;
 }
 
 }  // namespace beltrami::supernodal

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "beltrami/framework/types.hpp"
 
@@ -83,10 +84,10 @@ struct Kernels {
 
     /// x <- L^-1 x and x <- L^-T D^-1 x of panels in ascending and in descending order. Row r of x is the `width` numbers
     /// from r * stride on; width: 4 or a multiple of 8.
-    void (*forward)(const Panel* panels, std::size_t count, const double* values, const Index* rows, double* x,
-                    std::ptrdiff_t stride, int width);
-    void (*backward)(const Panel* panels, std::size_t count, const double* values, const Index* rows, double* x,
-                     std::ptrdiff_t stride, int width);
+    void (*forward)(const Panel* panels, std::size_t count, const double* values, const Index* rows,
+                    double* x, std::ptrdiff_t stride, int width);
+    void (*backward)(const Panel* panels, std::size_t count, const double* values, const Index* rows,
+                     double* x, std::ptrdiff_t stride, int width);
 
     /// Eliminates `columns` columns of a front from `first` on (a multiple of 8), in this order. L: the panel's numbers.
     /// The number of negative pivots, or -1 where one is zero or not finite. Columns from
@@ -98,12 +99,13 @@ struct Kernels {
     void (*fill)(const Front& front, int first, int columns, double* L, int begin, int end);
     /// The rows behind the panel at front columns begin ... end, multiples of 8, less L D L^T; `fresh`: rows of the
     /// update are not read.
-    void (*update)(const Front& front, int first, int columns, const double* L, int begin, int end, bool fresh);
+    void (*update)(const Front& front, int first, int columns, const double* L, int begin, int end,
+                   bool fresh);
     /// Adds rows begin ... end of a child's update to its parent's front. place: where each row of the update lies there.
     void (*add)(const Front& child, const Index* place, const Front& parent, int begin, int end);
 };
 
-/// The best for this machine.
-const Kernels& kernels();
+/// What this machine can run, the best first, and "any" last.
+std::span<const Kernels* const> available_kernels();
 
 }  // namespace beltrami::supernodal

@@ -9,13 +9,14 @@ namespace beltrami::supernodal {
 namespace BELTRAMI_KERNELS {
 
 struct Wide {
-    typedef double Lane
-        __attribute__((vector_size(BELTRAMI_KERNELS_LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+    typedef double Lane __attribute__((vector_size(BELTRAMI_KERNELS_LANES * sizeof(double)),
+                                       aligned(sizeof(double)), may_alias));
     static constexpr int lanes = BELTRAMI_KERNELS_LANES;
 };
 struct Narrow {
-    typedef double Lane __attribute__((vector_size((BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4) * sizeof(double)),
-                                       aligned(sizeof(double)), may_alias));
+    typedef double Lane __attribute__((
+        vector_size((BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4) * sizeof(double)),
+        aligned(sizeof(double)), may_alias));
     static constexpr int lanes = BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4;
 };
 // Numbers of the factor that are fetched ahead: most panels are too short for what a processor does by itself.
@@ -84,16 +85,20 @@ template <class T, int registers>
 BELTRAMI_KERNELS_TARGET inline void triangle_of(int count, const double* L, int depth, double* x,
                                                 std::ptrdiff_t stride) {
     switch (count) {
-        case 1: return triangle<T, registers, 1>(L, depth, x, stride);
-        case 2: return triangle<T, registers, 2>(L, depth, x, stride);
-        case 3: return triangle<T, registers, 3>(L, depth, x, stride);
-        default: return triangle<T, registers, 4>(L, depth, x, stride);
+        case 1:
+            return triangle<T, registers, 1>(L, depth, x, stride);
+        case 2:
+            return triangle<T, registers, 2>(L, depth, x, stride);
+        case 3:
+            return triangle<T, registers, 3>(L, depth, x, stride);
+        default:
+            return triangle<T, registers, 4>(L, depth, x, stride);
     }
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const double* L, const Index* rows, double* x,
-                                                  std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const double* L, const Index* rows,
+                                                  double* x, std::ptrdiff_t stride) {
     double* own = x + panel.first * stride;
     for (int at = 0; at < panel.columns; at += 4) {
         triangle_of<T, registers>(panel.columns - at, L, at, own, stride);
@@ -111,15 +116,14 @@ BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const doub
 // them; `scale`: first times D^-1; `finish`: then less the columns behind, which are done, and each other.
 // Everything goes backwards through memory, as sweeps do from panel to panel.
 template <class T, int registers, int count>
-BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const double* L, const Index* rows, double* x,
-                                                     std::ptrdiff_t stride, int at, int begin, int end, bool scale,
-                                                     bool finish) {
+BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const double* L, const Index* rows,
+                                                     double* x, std::ptrdiff_t stride, int at, int begin,
+                                                     int end, bool scale, bool finish) {
     using Lane = typename T::Lane;
     double* own = x + panel.first * stride;
     // Of column r with row s of the block of rows that begins at row `behind`.
-    const auto entry = [=](int behind, int r, int s) BELTRAMI_KERNELS_TARGET {
-        return L[triangle_size(behind) + 4 * (at + r) + s];
-    };
+    const auto entry = [=](int behind, int r, int s)
+                           BELTRAMI_KERNELS_TARGET { return L[triangle_size(behind) + 4 * (at + r) + s]; };
     Lane sum[count][registers];
     for (int r = 0; r < count; ++r) {
         const double factor = scale ? entry(at + r / 4 * 4, r, r % 4) : 1.0;
@@ -168,37 +172,54 @@ BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const d
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET inline void backward_panel(const Panel& panel, const double* L, const Index* rows, double* x,
-                                                   std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET inline void backward_panel(const Panel& panel, const double* L, const Index* rows,
+                                                   double* x, std::ptrdiff_t stride) {
     // Columns at a time, so that their sums stay in registers.
     constexpr int group = registers <= BELTRAMI_KERNELS_REGISTERS / 2 ? 8 : 4;
     const int blocks = (panel.below + 3) / 4;
-    const auto columns = [=, &panel](int at, int count, int begin, int end, bool scale,
-                                     bool finish) BELTRAMI_KERNELS_TARGET {
-        switch (count) {
-            case 1: return backward_columns<T, registers, 1>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-            case 2: return backward_columns<T, registers, 2>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-            case 3: return backward_columns<T, registers, 3>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-            case 4: return backward_columns<T, registers, 4>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-            default: break;
-        }
-        if constexpr (group == 8) {
-            switch (count) {
-                case 5: return backward_columns<T, registers, 5>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-                case 6: return backward_columns<T, registers, 6>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-                case 7: return backward_columns<T, registers, 7>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-                default: return backward_columns<T, registers, 8>(panel, L, rows, x, stride, at, begin, end, scale, finish);
-            }
-        }
-    };
+    const auto columns = [=, &panel](int at, int count, int begin, int end, bool scale, bool finish)
+                             BELTRAMI_KERNELS_TARGET {
+                                 switch (count) {
+                                     case 1:
+                                         return backward_columns<T, registers, 1>(
+                                             panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                     case 2:
+                                         return backward_columns<T, registers, 2>(
+                                             panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                     case 3:
+                                         return backward_columns<T, registers, 3>(
+                                             panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                     case 4:
+                                         return backward_columns<T, registers, 4>(
+                                             panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                     default:
+                                         break;
+                                 }
+                                 if constexpr (group == 8) {
+                                     switch (count) {
+                                         case 5:
+                                             return backward_columns<T, registers, 5>(
+                                                 panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                         case 6:
+                                             return backward_columns<T, registers, 6>(
+                                                 panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                         case 7:
+                                             return backward_columns<T, registers, 7>(
+                                                 panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                         default:
+                                             return backward_columns<T, registers, 8>(
+                                                 panel, L, rows, x, stride, at, begin, end, scale, finish);
+                                     }
+                                 }
+                             };
     const int last = (panel.columns - 1) / group * group;
     if (last == 0) return columns(0, panel.columns, 0, blocks, true, true);
     // Rows below by what fits in a cache.
     constexpr int some = 16;
     for (int end = blocks; end > 0; end -= some) {
         for (int at = last; at >= 0; at -= group) {
-            columns(at, panel.columns - at < group ? panel.columns - at : group, end > some ? end - some : 0, end,
-                    end == blocks, false);
+            columns(at, panel.columns - at < group ? panel.columns - at : group, end > some ? end - some : 0,
+                    end, end == blocks, false);
         }
     }
     for (int at = last; at >= 0; at -= group)
@@ -234,43 +255,59 @@ BELTRAMI_KERNELS_TARGET inline int registers_of(int total) {
     return registers;
 }
 
-BELTRAMI_KERNELS_TARGET void forward(const Panel* panels, std::size_t count, const double* values, const Index* rows,
-                                     double* x, std::ptrdiff_t stride, int width) {
+BELTRAMI_KERNELS_TARGET void forward(const Panel* panels, std::size_t count, const double* values,
+                                     const Index* rows, double* x, std::ptrdiff_t stride, int width) {
     if (width < Wide::lanes) return forward_all<Narrow, 1>(panels, count, values, rows, x, stride, 1);
     const int total = width / Wide::lanes;
     const int registers = registers_of(total);
     const int parts = total / registers;
     switch (registers) {
-        case 1: return forward_all<Wide, 1>(panels, count, values, rows, x, stride, parts);
-        case 2: return forward_all<Wide, 2>(panels, count, values, rows, x, stride, parts);
-        case 3: return forward_all<Wide, 3>(panels, count, values, rows, x, stride, parts);
-        default: return forward_all<Wide, most>(panels, count, values, rows, x, stride, parts);
+        case 1:
+            return forward_all<Wide, 1>(panels, count, values, rows, x, stride, parts);
+        case 2:
+            return forward_all<Wide, 2>(panels, count, values, rows, x, stride, parts);
+        case 3:
+            return forward_all<Wide, 3>(panels, count, values, rows, x, stride, parts);
+        default:
+            return forward_all<Wide, most>(panels, count, values, rows, x, stride, parts);
     }
 }
-BELTRAMI_KERNELS_TARGET void backward(const Panel* panels, std::size_t count, const double* values, const Index* rows,
-                                      double* x, std::ptrdiff_t stride, int width) {
+BELTRAMI_KERNELS_TARGET void backward(const Panel* panels, std::size_t count, const double* values,
+                                      const Index* rows, double* x, std::ptrdiff_t stride, int width) {
     if (width < Wide::lanes) return backward_all<Narrow, 1>(panels, count, values, rows, x, stride, 1);
     const int total = width / Wide::lanes;
     const int registers = registers_of(total);
     const int parts = total / registers;
     switch (registers) {
-        case 1: return backward_all<Wide, 1>(panels, count, values, rows, x, stride, parts);
-        case 2: return backward_all<Wide, 2>(panels, count, values, rows, x, stride, parts);
-        case 3: return backward_all<Wide, 3>(panels, count, values, rows, x, stride, parts);
-        default: return backward_all<Wide, most>(panels, count, values, rows, x, stride, parts);
+        case 1:
+            return backward_all<Wide, 1>(panels, count, values, rows, x, stride, parts);
+        case 2:
+            return backward_all<Wide, 2>(panels, count, values, rows, x, stride, parts);
+        case 3:
+            return backward_all<Wide, 3>(panels, count, values, rows, x, stride, parts);
+        default:
+            return backward_all<Wide, most>(panels, count, values, rows, x, stride, parts);
     }
 }
 
-BELTRAMI_KERNELS_TARGET inline void solve_block(const Front& front, int first, int at, int count, const double* L,
-                                                int begin, int end) {
+BELTRAMI_KERNELS_TARGET inline void solve_block(const Front& front, int first, int at, int count,
+                                                const double* L, int begin, int end) {
     double* x = front.panel + first * front.stride;
     for (int j = begin; j < end;) {
         const int left = (end - j) / Wide::lanes;
         switch (left < most ? left : most) {
-            case 1: triangle_of<Wide, 1>(count, L, at, x + j, front.stride); break;
-            case 2: triangle_of<Wide, 2>(count, L, at, x + j, front.stride); break;
-            case 3: triangle_of<Wide, 3>(count, L, at, x + j, front.stride); break;
-            default: triangle_of<Wide, most>(count, L, at, x + j, front.stride); break;
+            case 1:
+                triangle_of<Wide, 1>(count, L, at, x + j, front.stride);
+                break;
+            case 2:
+                triangle_of<Wide, 2>(count, L, at, x + j, front.stride);
+                break;
+            case 3:
+                triangle_of<Wide, 3>(count, L, at, x + j, front.stride);
+                break;
+            default:
+                triangle_of<Wide, most>(count, L, at, x + j, front.stride);
+                break;
         }
         j += Wide::lanes * (left < most ? left : most);
     }
@@ -318,11 +355,13 @@ BELTRAMI_KERNELS_TARGET int eliminate(const Front& front, int first, int columns
     return negative;
 }
 
-BELTRAMI_KERNELS_TARGET void solve(const Front& front, int first, int columns, const double* L, int begin, int end) {
+BELTRAMI_KERNELS_TARGET void solve(const Front& front, int first, int columns, const double* L, int begin,
+                                   int end) {
     for (int j = begin; j < end; j += chunk_columns) {
         const int stop = end - j < chunk_columns ? end : j + chunk_columns;
         for (int at = 0; at < columns; at += 4) {
-            solve_block(front, first, at, columns - at < 4 ? columns - at : 4, L + triangle_size(at), j, stop);
+            solve_block(front, first, at, columns - at < 4 ? columns - at : 4, L + triangle_size(at), j,
+                        stop);
         }
     }
 }
@@ -345,15 +384,23 @@ BELTRAMI_KERNELS_TARGET void fill(const Front& front, int first, int columns, do
 }
 
 template <bool fresh>
-BELTRAMI_KERNELS_TARGET inline void tile_row(const double* L, int depth, const double* b, std::ptrdiff_t stride,
-                                             double** c, int width) {
+BELTRAMI_KERNELS_TARGET inline void tile_row(const double* L, int depth, const double* b,
+                                             std::ptrdiff_t stride, double** c, int width) {
     for (int left = width / Wide::lanes; left > 0;) {
         const int now = left < most ? left : most;
         switch (now) {
-            case 1: tile<Wide, 1, fresh>(L, depth, b, stride, c); break;
-            case 2: tile<Wide, 2, fresh>(L, depth, b, stride, c); break;
-            case 3: tile<Wide, 3, fresh>(L, depth, b, stride, c); break;
-            default: tile<Wide, most, fresh>(L, depth, b, stride, c); break;
+            case 1:
+                tile<Wide, 1, fresh>(L, depth, b, stride, c);
+                break;
+            case 2:
+                tile<Wide, 2, fresh>(L, depth, b, stride, c);
+                break;
+            case 3:
+                tile<Wide, 3, fresh>(L, depth, b, stride, c);
+                break;
+            default:
+                tile<Wide, most, fresh>(L, depth, b, stride, c);
+                break;
         }
         left -= now;
         b += now * Wide::lanes;
@@ -362,8 +409,8 @@ BELTRAMI_KERNELS_TARGET inline void tile_row(const double* L, int depth, const d
     }
 }
 
-BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, const double* L, int begin, int end,
-                                    bool fresh) {
+BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, const double* L, int begin,
+                                    int end, bool fresh) {
     double nowhere[chunk_columns];
     for (double& number : nowhere)
         number = 0.0;
@@ -372,7 +419,8 @@ BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, 
     for (int j = begin; j < end; j += chunk_columns) {
         const int stop = end - j < chunk_columns ? end : j + chunk_columns;
         const double* l = L + triangle_size(columns);
-        for (int i = behind; i < front.rows && i < stop; i += 4, l += 4 * static_cast<std::ptrdiff_t>(columns)) {
+        for (int i = behind; i < front.rows && i < stop;
+             i += 4, l += 4 * static_cast<std::ptrdiff_t>(columns)) {
             const int from = i / 8 * 8 > j ? i / 8 * 8 : j;
             double* c[4];
             for (int r = 0; r < 4; ++r)
@@ -386,7 +434,8 @@ BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, 
     }
 }
 
-BELTRAMI_KERNELS_TARGET void add(const Front& child, const Index* place, const Front& parent, int begin, int end) {
+BELTRAMI_KERNELS_TARGET void add(const Front& child, const Index* place, const Front& parent, int begin,
+                                 int end) {
     const int size = child.rows - child.columns;
     for (int r = begin; r < end; ++r) {
         const double* from = child.update + child.update_at(child.columns + r, child.columns + r) - r;

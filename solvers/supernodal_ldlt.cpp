@@ -51,14 +51,21 @@ class Numbers {
         if (size == 0) return;
         // Large pages hold nothing else.
         const std::size_t alignment = bytes() < large_page ? 64 : large_page;
-        data_ = Pointer(static_cast<double*>(::operator new(bytes(), std::align_val_t(alignment))), Freed{alignment});
+        data_ = Pointer(static_cast<double*>(::operator new(bytes(), std::align_val_t(alignment))),
+                        Freed{alignment});
 #ifdef __linux__
         if (alignment == large_page) madvise(data_.get(), bytes() / large_page * large_page, MADV_HUGEPAGE);
 #endif
     }
-    [[nodiscard]] double* data() const { return data_.get(); }
-    [[nodiscard]] std::size_t size() const { return size_; }
-    [[nodiscard]] std::size_t bytes() const { return size_ * sizeof(double); }
+    [[nodiscard]] double* data() const {
+        return data_.get();
+    }
+    [[nodiscard]] std::size_t size() const {
+        return size_;
+    }
+    [[nodiscard]] std::size_t bytes() const {
+        return size_ * sizeof(double);
+    }
 
   private:
     static constexpr std::size_t large_page = std::size_t{1} << 21;
@@ -165,12 +172,12 @@ struct SupernodalLdlt::Factor {
         Index columns = 0;
         Index rows = 0;
         Index parent = -1;
-        Index child = -1;         // the first
-        Index sibling = -1;       // the next
-        std::size_t place = 0;    // of its rows below, in `places`
-        std::size_t list = 0;     // of all its rows, in `lists`
-        std::size_t panels = 0;   // the first
-        bool stacked = false;     // its update lies on a stack
+        Index child = -1;        // the first
+        Index sibling = -1;      // the next
+        std::size_t place = 0;   // of its rows below, in `places`
+        std::size_t list = 0;    // of all its rows, in `lists`
+        std::size_t panels = 0;  // the first
+        bool stacked = false;    // its update lies on a stack
         Index depth = 0;
         [[nodiscard]] Index below() const { return rows - columns; }
         [[nodiscard]] std::size_t update_size() const {
@@ -196,11 +203,11 @@ struct SupernodalLdlt::Factor {
         std::size_t end = 0;
         std::size_t first_piece = 0;
         std::size_t last_piece = 0;
-        std::size_t base = 0;                  // of its array in that of all groups
-        Index columns = 0;                     // rows of its array before those of the top
-        std::vector<Index> touched;            // columns of the top, counted from there
-        std::array<std::size_t, 2> stack{};    // numbers of updates at once, by parity of the depth
-        std::size_t panel = 0;                 // numbers of the largest front's own rows
+        std::size_t base = 0;                // of its array in that of all groups
+        Index columns = 0;                   // rows of its array before those of the top
+        std::vector<Index> touched;          // columns of the top, counted from there
+        std::array<std::size_t, 2> stack{};  // numbers of updates at once, by parity of the depth
+        std::size_t panel = 0;               // numbers of the largest front's own rows
     };
 
     Index n = 0;
@@ -221,7 +228,7 @@ struct SupernodalLdlt::Factor {
     std::vector<double> stiffness;
     std::vector<double> mass;
 
-    const supernodal::Kernels* kernels = &supernodal::kernels();
+    const supernodal::Kernels* kernels = nullptr;
     Numbers values;
     double nonzeros = 0.0;
     double flops = 0.0;
@@ -250,7 +257,8 @@ struct SupernodalLdlt::Factor {
                      const std::vector<std::vector<Index>>& rows);
     [[nodiscard]] Front front_of(const Node& node, double* panel, double* update) const;
     int eliminate(const Node& node, const Front& front, bool share);
-    int process(std::size_t f, Room& room, std::vector<double*>& updates, std::vector<Numbers>& kept, bool share);
+    int process(std::size_t f, Room& room, std::vector<double*>& updates, std::vector<Numbers>& kept,
+                bool share);
     void factor(double new_shift);
     void measure();
     void sweep(Columns& columns, Index first, Index count) const;
@@ -448,7 +456,8 @@ std::vector<Index> SupernodalLdlt::Factor::set_pieces(const std::vector<Index>& 
 }
 
 // Panels and lists of rows. row_of: of each column in its group's array.
-void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of, const std::vector<std::vector<Index>>& rows) {
+void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of,
+                                        const std::vector<std::vector<Index>>& rows) {
     const Group& top = groups.back();
     const Index top_begin = top.begin < nodes.size() ? nodes[top.begin].first : n;
     std::size_t values_size = 0;
@@ -480,7 +489,8 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of, const 
             node.place = places.size();
             node.panels = panels.size();
             for (const Index row : rows[f])
-                lists.push_back(row < top_begin || is_top ? row_of[at(row)] : touched_row[at(row - top_begin)]);
+                lists.push_back(row < top_begin || is_top ? row_of[at(row)]
+                                                          : touched_row[at(row - top_begin)]);
             for (int fill = 0; fill < 3; ++fill)
                 lists.push_back(zeros);
             for (Index from = 0; from < node.columns; from += supernodal::panel_columns) {
@@ -500,7 +510,8 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of, const 
                 for (std::size_t i = at(node.columns); i < rows[f].size(); ++i)
                     places.push_back(position[at(rows[f][i])]);
             }
-            group.panel = std::max(group.panel, at(node.columns) * static_cast<std::size_t>(Front::stride_of(node.rows)));
+            group.panel = std::max(group.panel,
+                                   at(node.columns) * static_cast<std::size_t>(Front::stride_of(node.rows)));
             node.stacked = !is_top && node.parent >= 0 && at(node.parent) < group.end;
             if (node.stacked) {
                 const auto parity = static_cast<std::size_t>(node.depth & 1);
@@ -508,7 +519,8 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of, const 
                 group.stack[parity] = std::max(group.stack[parity], used[parity]);
             }
             for (Index c = node.child; c >= 0; c = nodes[at(c)].sibling) {
-                if (nodes[at(c)].stacked) used[static_cast<std::size_t>(nodes[at(c)].depth & 1)] -= nodes[at(c)].update_size();
+                if (nodes[at(c)].stacked)
+                    used[static_cast<std::size_t>(nodes[at(c)].depth & 1)] -= nodes[at(c)].update_size();
             }
         }
         working += (group.stack[0] + group.stack[1] + group.panel) * sizeof(double);
@@ -578,7 +590,8 @@ int SupernodalLdlt::Factor::eliminate(const Node& node, const Front& front, bool
             std::fill(front.at(i, i), front.at(i, i) + (padded - i), 0.0);
     }
     for (int first = 0; first < front.columns; first += supernodal::panel_columns) {
-        const Panel& panel = panels[node.panels + static_cast<std::size_t>(first / supernodal::panel_columns)];
+        const Panel& panel =
+            panels[node.panels + static_cast<std::size_t>(first / supernodal::panel_columns)];
         double* L = values.data() + panel.values;
         const int columns = panel.columns;
         const int pivots = kernels->eliminate(front, first, columns, L);
@@ -642,7 +655,8 @@ int SupernodalLdlt::Factor::process(std::size_t f, Room& room, std::vector<doubl
         for (Index c = node.child; c >= 0; c = nodes[at(c)].sibling) {
             const Node& child = nodes[at(c)];
             const Index* place = places.data() + child.place;
-            const auto split = static_cast<int>(std::lower_bound(place, place + child.below(), node.columns) - place);
+            const auto split =
+                static_cast<int>(std::lower_bound(place, place + child.below(), node.columns) - place);
             const int begin = own ? 0 : split;
             const int end = own ? split : child.below();
             const Front from = front_of(child, nullptr, updates[at(c)]);
@@ -719,11 +733,13 @@ void SupernodalLdlt::Factor::factor(double new_shift) {
         const bool unstable = factored;
         factored = false;
         throw SolveError(
-            unstable ? fmt::format("pivots of K - {:.17g} M are too small: solves have the backward error {:.1e}", shift,
-                                   backward_error)
-                     : fmt::format("K - {:.17g} M has a pivot that is zero or not finite: the shift is an eigenvalue of "
-                                   "it or of a part of it",
-                                   shift),
+            unstable
+                ? fmt::format("pivots of K - {:.17g} M are too small: solves have the backward error {:.1e}",
+                              shift, backward_error)
+                : fmt::format(
+                      "K - {:.17g} M has a pivot that is zero or not finite: the shift is an eigenvalue of "
+                      "it or of a part of it",
+                      shift),
             "take another shift");
     }
 }
@@ -802,12 +818,12 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
         }
     };
     const auto forward = [&](double* rows, const Piece& piece, int begin, int end) {
-        kernels->forward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel, values.data(),
-                         lists.data(), rows + begin, width, end - begin);
+        kernels->forward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel,
+                         values.data(), lists.data(), rows + begin, width, end - begin);
     };
     const auto backward = [&](double* rows, const Piece& piece, int begin, int end) {
-        kernels->backward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel, values.data(),
-                          lists.data(), rows + begin, width, end - begin);
+        kernels->backward(panels.data() + piece.first_panel, piece.last_panel - piece.first_panel,
+                          values.data(), lists.data(), rows + begin, width, end - begin);
     };
 
 #pragma omp parallel if (subtrees > 1)
@@ -890,7 +906,18 @@ void SupernodalLdlt::Factor::solve(Columns& columns) const {
     solved += count;
 }
 
-SupernodalLdlt::SupernodalLdlt(const Eigenproblem& problem) : factor_(std::make_unique<Factor>()) {
+SupernodalLdlt::SupernodalLdlt(const Eigenproblem& problem, const SupernodalLdltOptions& options)
+    : factor_(std::make_unique<Factor>()) {
+    for (const supernodal::Kernels* kernels : supernodal::available_kernels()) {
+        if (factor_->kernels == nullptr &&
+            (options.instructions.empty() || options.instructions == kernels->name)) {
+            factor_->kernels = kernels;
+        }
+    }
+    if (factor_->kernels == nullptr) {
+        throw InputError(fmt::format("this machine has no instructions \"{}\"", options.instructions),
+                         "use avx512, avx2 or any, or leave it empty");
+    }
     try {
         factor_->build(problem);
     } catch (const std::bad_alloc&) {
@@ -930,15 +957,19 @@ std::size_t SupernodalLdlt::memory_bytes() const {
     std::size_t touched = 0;
     for (const Factor::Group& group : f.groups)
         touched += bytes_of(group.touched);
-    return f.values.bytes() + f.work.bytes() + touched + bytes_of(f.nodes) + bytes_of(f.panels) + bytes_of(f.lists) +
-           bytes_of(f.places) + bytes_of(f.pieces) + bytes_of(f.moves) + bytes_of(f.starts) + bytes_of(f.positions) +
-           bytes_of(f.unknowns) + bytes_of(f.column) + bytes_of(f.stiffness) + bytes_of(f.mass);
+    return f.values.bytes() + f.work.bytes() + touched + bytes_of(f.nodes) + bytes_of(f.panels) +
+           bytes_of(f.lists) + bytes_of(f.places) + bytes_of(f.pieces) + bytes_of(f.moves) +
+           bytes_of(f.starts) + bytes_of(f.positions) + bytes_of(f.unknowns) + bytes_of(f.column) +
+           bytes_of(f.stiffness) + bytes_of(f.mass);
 }
 std::size_t SupernodalLdlt::working_bytes() const {
     return factor_->working;
 }
 int SupernodalLdlt::factorizations() const {
     return factor_->factorizations;
+}
+std::string SupernodalLdlt::instructions() const {
+    return factor_->kernels->name;
 }
 long SupernodalLdlt::solved_columns() const {
     return factor_->solved;

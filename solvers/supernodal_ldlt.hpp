@@ -17,16 +17,23 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "beltrami/solvers/eigenproblem.hpp"
 
 namespace beltrami {
 
+struct SupernodalLdltOptions {
+    /// Of the inner loops: "avx512", "avx2" or "any", which every machine can run. Empty: the best this one can. Results
+    /// differ by rounding.
+    std::string instructions;
+};
+
 class SupernodalLdlt {
   public:
     /// Orders and analyses the pattern of K, which holds that of M, once for all shifts; keeps a copy of their numbers.
-    /// Throws SolveError where memory does not suffice.
-    explicit SupernodalLdlt(const Eigenproblem& problem);
+    /// Throws SolveError where memory does not suffice and InputError for instructions that this machine has not.
+    explicit SupernodalLdlt(const Eigenproblem& problem, const SupernodalLdltOptions& options = {});
     SupernodalLdlt(SupernodalLdlt&&) noexcept;
     SupernodalLdlt& operator=(SupernodalLdlt&&) noexcept;
     ~SupernodalLdlt();
@@ -56,6 +63,8 @@ class SupernodalLdlt {
     [[nodiscard]] std::size_t working_bytes() const;
     [[nodiscard]] int factorizations() const;
     [[nodiscard]] long solved_columns() const;
+    /// Those in use.
+    [[nodiscard]] std::string instructions() const;
 
   private:
     struct Factor;
