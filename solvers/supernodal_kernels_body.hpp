@@ -3,6 +3,7 @@
 //     BELTRAMI_KERNELS_NAME       what to call it
 //     BELTRAMI_KERNELS_TARGET     an attribute, on every function here: vectors are lowered before functions are inlined
 //     BELTRAMI_KERNELS_LANES      numbers of a register
+//     BELTRAMI_KERNELS_NARROW_LANES  the same or less, a divisor of four
 //     BELTRAMI_KERNELS_REGISTERS  of a row of a tile, so that four rows, a row of factors and a number fit
 
 namespace beltrami::supernodal {
@@ -14,27 +15,27 @@ struct Wide {
     static constexpr int lanes = BELTRAMI_KERNELS_LANES;
 };
 struct Narrow {
-    typedef double Lane __attribute__((
-        vector_size((BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4) * sizeof(double)),
-        aligned(sizeof(double)), may_alias));
-    static constexpr int lanes = BELTRAMI_KERNELS_LANES < 4 ? BELTRAMI_KERNELS_LANES : 4;
+    typedef double Lane __attribute__((vector_size(BELTRAMI_KERNELS_NARROW_LANES * sizeof(double)),
+                                       aligned(sizeof(double)), may_alias));
+    static constexpr int lanes = BELTRAMI_KERNELS_NARROW_LANES;
 };
 // Numbers of the factor that are fetched ahead: most panels are too short for what a processor does by itself.
-constexpr int ahead = 1024;
-constexpr int most = BELTRAMI_KERNELS_REGISTERS;
+static constexpr int ahead = 1024;
+static constexpr int most = BELTRAMI_KERNELS_REGISTERS;
 
-// c_r -= or = - sum over k of L(r, k) b_k for four rows; L is [k][row].
-template <class T, int registers, bool fresh>
-BELTRAMI_KERNELS_TARGET inline void tile(const double* L, int depth, const double* b, std::ptrdiff_t stride,
-                                         double* const* c) {
+// c_r -= or, where fresh, = - sum over k of L(r, k) b_k for four rows; L is [k][row].
+enum class Tile { fresh, update, sweep };
+template <class T, int registers, Tile kind>
+BELTRAMI_KERNELS_TARGET static inline void tile(const double* L, int depth, const double* b,
+                                                std::ptrdiff_t stride, double* const* c) {
     using Lane = typename T::Lane;
     Lane sum[4][registers];
     for (int r = 0; r < 4; ++r) {
         for (int v = 0; v < registers; ++v)
-            sum[r][v] = fresh ? Lane{} : *reinterpret_cast<const Lane*>(c[r] + v * T::lanes);
+            sum[r][v] = kind == Tile::fresh ? Lane{} : *reinterpret_cast<const Lane*>(c[r] + v * T::lanes);
     }
     for (int k = 0; k < depth; ++k, L += 4, b += stride) {
-        if (!fresh) __builtin_prefetch(L + ahead);
+        if (kind == Tile::sweep) __builtin_prefetch(L + ahead);
         Lane row[registers];
         for (int v = 0; v < registers; ++v)
             row[v] = *reinterpret_cast<const Lane*>(b + v * T::lanes);
@@ -51,7 +52,8 @@ BELTRAMI_KERNELS_TARGET inline void tile(const double* L, int depth, const doubl
 
 // Rows `depth` ... `depth` + count of x <- L^-1 x, given the rows before them. L: a block of the triangle.
 template <class T, int registers, int count>
-BELTRAMI_KERNELS_TARGET inline void triangle(const double* L, int depth, double* x, std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET static inline void triangle(const double* L, int depth, double* x,
+                                                    std::ptrdiff_t stride) {
     using Lane = typename T::Lane;
     Lane sum[count][registers];
     double* own = x + depth * stride;
@@ -82,8 +84,8 @@ BELTRAMI_KERNELS_TARGET inline void triangle(const double* L, int depth, double*
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET inline void triangle_of(int count, const double* L, int depth, double* x,
-                                                std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET static inline void triangle_of(int count, const double* L, int depth, double* x,
+                                                       std::ptrdiff_t stride) {
     switch (count) {
         case 1:
             return triangle<T, registers, 1>(L, depth, x, stride);
@@ -97,8 +99,9 @@ BELTRAMI_KERNELS_TARGET inline void triangle_of(int count, const double* L, int 
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const double* L, const Index* rows,
-                                                  double* x, std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET static inline void forward_panel(const Panel& panel, const double* L,
+                                                         const Index* rows, double* x,
+                                                         std::ptrdiff_t stride) {
     double* own = x + panel.first * stride;
     for (int at = 0; at < panel.columns; at += 4) {
         triangle_of<T, registers>(panel.columns - at, L, at, own, stride);
@@ -107,7 +110,7 @@ BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const doub
     for (int at = 0; at < panel.below; at += 4) {
         double* const c[4] = {x + rows[at] * stride, x + rows[at + 1] * stride, x + rows[at + 2] * stride,
                               x + rows[at + 3] * stride};
-        tile<T, registers, false>(L, panel.columns, own, stride, static_cast<double* const*>(c));
+        tile<T, registers, Tile::sweep>(L, panel.columns, own, stride, static_cast<double* const*>(c));
         L += 4 * static_cast<std::ptrdiff_t>(panel.columns);
     }
 }
@@ -116,9 +119,10 @@ BELTRAMI_KERNELS_TARGET inline void forward_panel(const Panel& panel, const doub
 // them; `scale`: first times D^-1; `finish`: then less the columns behind, which are done, and each other.
 // Everything goes backwards through memory, as sweeps do from panel to panel.
 template <class T, int registers, int count>
-BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const double* L, const Index* rows,
-                                                     double* x, std::ptrdiff_t stride, int at, int begin,
-                                                     int end, bool scale, bool finish) {
+BELTRAMI_KERNELS_TARGET static inline void backward_columns(const Panel& panel, const double* L,
+                                                            const Index* rows, double* x,
+                                                            std::ptrdiff_t stride, int at, int begin, int end,
+                                                            bool scale, bool finish) {
     using Lane = typename T::Lane;
     double* own = x + panel.first * stride;
     // Of column r with row s of the block of rows that begins at row `behind`.
@@ -172,8 +176,9 @@ BELTRAMI_KERNELS_TARGET inline void backward_columns(const Panel& panel, const d
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET inline void backward_panel(const Panel& panel, const double* L, const Index* rows,
-                                                   double* x, std::ptrdiff_t stride) {
+BELTRAMI_KERNELS_TARGET static inline void backward_panel(const Panel& panel, const double* L,
+                                                          const Index* rows, double* x,
+                                                          std::ptrdiff_t stride) {
     // Columns at a time, so that their sums stay in registers.
     constexpr int group = registers <= BELTRAMI_KERNELS_REGISTERS / 2 ? 8 : 4;
     const int blocks = (panel.below + 3) / 4;
@@ -227,8 +232,9 @@ BELTRAMI_KERNELS_TARGET inline void backward_panel(const Panel& panel, const dou
 }
 
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET void forward_all(const Panel* panels, std::size_t count, const double* values,
-                                         const Index* rows, double* x, std::ptrdiff_t stride, int parts) {
+BELTRAMI_KERNELS_TARGET static void forward_all(const Panel* panels, std::size_t count, const double* values,
+                                                const Index* rows, double* x, std::ptrdiff_t stride,
+                                                int parts) {
     for (std::size_t p = 0; p < count; ++p) {
         for (int part = 0; part < parts; ++part) {
             forward_panel<T, registers>(panels[p], values + panels[p].values, rows + panels[p].rows,
@@ -237,8 +243,9 @@ BELTRAMI_KERNELS_TARGET void forward_all(const Panel* panels, std::size_t count,
     }
 }
 template <class T, int registers>
-BELTRAMI_KERNELS_TARGET void backward_all(const Panel* panels, std::size_t count, const double* values,
-                                          const Index* rows, double* x, std::ptrdiff_t stride, int parts) {
+BELTRAMI_KERNELS_TARGET static void backward_all(const Panel* panels, std::size_t count, const double* values,
+                                                 const Index* rows, double* x, std::ptrdiff_t stride,
+                                                 int parts) {
     for (std::size_t p = count; p-- > 0;) {
         for (int part = 0; part < parts; ++part) {
             backward_panel<T, registers>(panels[p], values + panels[p].values, rows + panels[p].rows,
@@ -248,15 +255,15 @@ BELTRAMI_KERNELS_TARGET void backward_all(const Panel* panels, std::size_t count
 }
 
 // So many registers of a row at a time that the parts of a row are equal.
-BELTRAMI_KERNELS_TARGET inline int registers_of(int total) {
+BELTRAMI_KERNELS_TARGET static inline int registers_of(int total) {
     int registers = total < most ? total : most;
     while (total % registers != 0)
         --registers;
     return registers;
 }
 
-BELTRAMI_KERNELS_TARGET void forward(const Panel* panels, std::size_t count, const double* values,
-                                     const Index* rows, double* x, std::ptrdiff_t stride, int width) {
+BELTRAMI_KERNELS_TARGET static void forward(const Panel* panels, std::size_t count, const double* values,
+                                            const Index* rows, double* x, std::ptrdiff_t stride, int width) {
     if (width < Wide::lanes) return forward_all<Narrow, 1>(panels, count, values, rows, x, stride, 1);
     const int total = width / Wide::lanes;
     const int registers = registers_of(total);
@@ -272,8 +279,8 @@ BELTRAMI_KERNELS_TARGET void forward(const Panel* panels, std::size_t count, con
             return forward_all<Wide, most>(panels, count, values, rows, x, stride, parts);
     }
 }
-BELTRAMI_KERNELS_TARGET void backward(const Panel* panels, std::size_t count, const double* values,
-                                      const Index* rows, double* x, std::ptrdiff_t stride, int width) {
+BELTRAMI_KERNELS_TARGET static void backward(const Panel* panels, std::size_t count, const double* values,
+                                             const Index* rows, double* x, std::ptrdiff_t stride, int width) {
     if (width < Wide::lanes) return backward_all<Narrow, 1>(panels, count, values, rows, x, stride, 1);
     const int total = width / Wide::lanes;
     const int registers = registers_of(total);
@@ -290,8 +297,8 @@ BELTRAMI_KERNELS_TARGET void backward(const Panel* panels, std::size_t count, co
     }
 }
 
-BELTRAMI_KERNELS_TARGET inline void solve_block(const Front& front, int first, int at, int count,
-                                                const double* L, int begin, int end) {
+BELTRAMI_KERNELS_TARGET static inline void solve_block(const Front& front, int first, int at, int count,
+                                                       const double* L, int begin, int end) {
     double* x = front.panel + first * front.stride;
     for (int j = begin; j < end;) {
         const int left = (end - j) / Wide::lanes;
@@ -313,7 +320,7 @@ BELTRAMI_KERNELS_TARGET inline void solve_block(const Front& front, int first, i
     }
 }
 
-BELTRAMI_KERNELS_TARGET int eliminate(const Front& front, int first, int columns, double* L) {
+BELTRAMI_KERNELS_TARGET static int eliminate(const Front& front, int first, int columns, double* L) {
     int negative = 0;
     const int end = first + round_up(columns, 8);
     for (int at = 0; at < columns; at += 4) {
@@ -355,8 +362,8 @@ BELTRAMI_KERNELS_TARGET int eliminate(const Front& front, int first, int columns
     return negative;
 }
 
-BELTRAMI_KERNELS_TARGET void solve(const Front& front, int first, int columns, const double* L, int begin,
-                                   int end) {
+BELTRAMI_KERNELS_TARGET static void solve(const Front& front, int first, int columns, const double* L,
+                                          int begin, int end) {
     for (int j = begin; j < end; j += chunk_columns) {
         const int stop = end - j < chunk_columns ? end : j + chunk_columns;
         for (int at = 0; at < columns; at += 4) {
@@ -366,7 +373,8 @@ BELTRAMI_KERNELS_TARGET void solve(const Front& front, int first, int columns, c
     }
 }
 
-BELTRAMI_KERNELS_TARGET void fill(const Front& front, int first, int columns, double* L, int begin, int end) {
+BELTRAMI_KERNELS_TARGET static void fill(const Front& front, int first, int columns, double* L, int begin,
+                                         int end) {
     using Lane = Narrow::Lane;
     double* to = L + triangle_size(columns) + 4 * static_cast<std::ptrdiff_t>(columns) * begin;
     for (int block = begin; block < end; ++block) {
@@ -383,23 +391,23 @@ BELTRAMI_KERNELS_TARGET void fill(const Front& front, int first, int columns, do
     }
 }
 
-template <bool fresh>
-BELTRAMI_KERNELS_TARGET inline void tile_row(const double* L, int depth, const double* b,
-                                             std::ptrdiff_t stride, double** c, int width) {
+template <Tile kind>
+BELTRAMI_KERNELS_TARGET static inline void tile_row(const double* L, int depth, const double* b,
+                                                    std::ptrdiff_t stride, double** c, int width) {
     for (int left = width / Wide::lanes; left > 0;) {
         const int now = left < most ? left : most;
         switch (now) {
             case 1:
-                tile<Wide, 1, fresh>(L, depth, b, stride, c);
+                tile<Wide, 1, kind>(L, depth, b, stride, c);
                 break;
             case 2:
-                tile<Wide, 2, fresh>(L, depth, b, stride, c);
+                tile<Wide, 2, kind>(L, depth, b, stride, c);
                 break;
             case 3:
-                tile<Wide, 3, fresh>(L, depth, b, stride, c);
+                tile<Wide, 3, kind>(L, depth, b, stride, c);
                 break;
             default:
-                tile<Wide, most, fresh>(L, depth, b, stride, c);
+                tile<Wide, most, kind>(L, depth, b, stride, c);
                 break;
         }
         left -= now;
@@ -409,8 +417,8 @@ BELTRAMI_KERNELS_TARGET inline void tile_row(const double* L, int depth, const d
     }
 }
 
-BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, const double* L, int begin,
-                                    int end, bool fresh) {
+BELTRAMI_KERNELS_TARGET static void update(const Front& front, int first, int columns, const double* L,
+                                           int begin, int end, bool fresh) {
     double nowhere[chunk_columns];
     for (double& number : nowhere)
         number = 0.0;
@@ -426,16 +434,18 @@ BELTRAMI_KERNELS_TARGET void update(const Front& front, int first, int columns, 
             for (int r = 0; r < 4; ++r)
                 c[r] = i + r < front.rows ? front.at(i + r, from) : static_cast<double*>(nowhere);
             if (fresh && i >= front.columns) {
-                tile_row<true>(l, columns, b + from, front.stride, static_cast<double**>(c), stop - from);
+                tile_row<Tile::fresh>(l, columns, b + from, front.stride, static_cast<double**>(c),
+                                      stop - from);
             } else {
-                tile_row<false>(l, columns, b + from, front.stride, static_cast<double**>(c), stop - from);
+                tile_row<Tile::update>(l, columns, b + from, front.stride, static_cast<double**>(c),
+                                       stop - from);
             }
         }
     }
 }
 
-BELTRAMI_KERNELS_TARGET void add(const Front& child, const Index* place, const Front& parent, int begin,
-                                 int end) {
+BELTRAMI_KERNELS_TARGET static void add(const Front& child, const Index* place, const Front& parent,
+                                        int begin, int end) {
     const int size = child.rows - child.columns;
     for (int r = begin; r < end; ++r) {
         const double* from = child.update + child.update_at(child.columns + r, child.columns + r) - r;
@@ -452,7 +462,7 @@ BELTRAMI_KERNELS_TARGET void add(const Front& child, const Index* place, const F
     }
 }
 
-constexpr Kernels all{BELTRAMI_KERNELS_NAME, forward, backward, eliminate, solve, fill, update, add};
+static constexpr Kernels all{BELTRAMI_KERNELS_NAME, forward, backward, eliminate, solve, fill, update, add};
 
 }  // namespace BELTRAMI_KERNELS
 }  // namespace beltrami::supernodal

@@ -1,5 +1,6 @@
 #include "beltrami/solvers/supernodal_ldlt.hpp"
 
+#include <gtest/gtest.h>
 #include <omp.h>
 
 #include <Eigen/Eigenvalues>
@@ -147,11 +148,11 @@ TEST(SupernodalLdlt, SolvesAsDenseElimination) {
 
 // Several panels a front, and an update that shares blocks of rows with them.
 TEST(SupernodalLdlt, WideFronts) {
-    const Eigenproblem problem = lumped(shapes::with_noise(shapes::tetrahedral_cube(9), 0.1));
+    const Eigenproblem problem = lumped(shapes::with_noise(shapes::tetrahedral_cube(8), 0.1));
     const Vector values = eigenvalues(problem);
     SupernodalLdlt ldlt(problem);
     for (const double shift :
-         {in_a_gap(values, 1, 40), in_a_gap(values, 300, 400), in_a_gap(values, 700, 900)}) {
+         {in_a_gap(values, 1, 40), in_a_gap(values, 300, 400), in_a_gap(values, 600, 700)}) {
         ldlt.factor(shift);
         EXPECT_EQ(ldlt.negative_pivots(), below(values, shift));
         const Dense A = stiffness(problem) - shift * mass(problem);
@@ -230,13 +231,13 @@ TEST(SupernodalLdlt, AgreesWithMumps) {
     for (const Eigenproblem* problem : {&surface, &solid, &pieces}) {
         SupernodalLdlt ldlt(*problem);
         ShiftInvert mumps(*problem);
-        for (const double eigenvalues : {-1.0, 3.0, 50.0, 157.0, 1000.0}) {
+        for (const double eigenvalues : {-1.0, 50.0, 157.0, 1000.0}) {
             const double shift = 4.0 * M_PI * eigenvalues / problem->total_mass();
             ldlt.factor(shift);
             mumps.factor(shift);
             EXPECT_EQ(ldlt.negative_pivots(), mumps.eigenvalues_below());
             EXPECT_LT(ldlt.backward_error(), 1e-11);
-            for (const Index k : {1, 4, 10, 16, 40}) {
+            for (const Index k : {1, 10, 40}) {
                 Columns x = random_block(ldlt.rows(), k);
                 Columns y = x;
                 ldlt.solve(x);
