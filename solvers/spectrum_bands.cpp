@@ -18,6 +18,8 @@ namespace beltrami {
 
 namespace {
 
+/// Pairs in a band: orthogonalization costs (2 band + 100)^2 products a band, so that fewer and more both cost more a pair.
+constexpr Index default_band = 64;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 class Stopwatch {
@@ -258,6 +260,11 @@ class Bands {
         }
         trace.dimension += lanczos.dimension();
         memory(lanczos.memory_bytes() + static_cast<std::size_t>(pairs.vectors.size()) * sizeof(double));
+        // Where the band can end, what converged outside is of no use.
+        if (const std::optional<double> end = choose_end(found, goal)) {
+            std::erase_if(accepted,
+                          [&](Index i) { return ritz.values[i] <= goal.lower || ritz.values[i] >= *end; });
+        }
         if (!accepted.empty()) add(pairs, ritz, accepted, lanczos);
         return found;
     }
@@ -367,7 +374,7 @@ class Bands {
         return static_cast<std::uint32_t>(summary_.bands.size()) +
                static_cast<std::uint32_t>(options_.resume != nullptr ? options_.resume->bands : 0);
     }
-    [[nodiscard]] Index band_size() const { return options_.band > 0 ? options_.band : 96; }
+    [[nodiscard]] Index band_size() const { return options_.band > 0 ? options_.band : default_band; }
 
     void memory(std::size_t spaces) {
         const std::size_t bytes = problem_.memory_bytes() + pencil_->memory_bytes() + spaces +
