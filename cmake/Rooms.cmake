@@ -18,4 +18,7 @@ function(beltrami_room room)
   target_include_directories(beltrami_${room} PUBLIC
     $<BUILD_INTERFACE:${includes}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(beltrami_${room} PRIVATE $<BUILD_INTERFACE:beltrami_options>)
+  # A third of the compile time of a source.
+  target_precompile_headers(beltrami_${room} PRIVATE <Eigen/SparseCore> <fmt/format.h> <algorithm> <cmath> <memory>
+    <string> <vector>)
 endfunction()
