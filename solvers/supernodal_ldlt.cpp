@@ -90,8 +90,8 @@ void share_out(int count, const Work& work) {
     const int tasks = std::min(count, 4 * omp_get_num_threads());
     if (tasks < 1) return;
 #pragma omp taskloop num_tasks(tasks) default(shared)
-    for (int i = 0; i < count; ++i)
-        work(i);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        work(static_cast<int>(i));
 }
 
 struct CholmodCommon {
@@ -291,8 +291,10 @@ void SupernodalLdlt::Factor::set_order(const Supernodes& supernodes, std::vector
         const double columns = supernodes.begin[f + 1] - supernodes.begin[f];
         const auto size = static_cast<double>(supernodes.rows[f].size());
         entries[f] = columns * size - columns * (columns - 1) / 2;
-        for (double length = size; length > size - columns; length -= 1.0)
+        for (Index c = supernodes.begin[f]; c < supernodes.begin[f + 1]; ++c) {
+            const double length = size - (c - supernodes.begin[f]);
             cost[f] += length * length;
+        }
         nonzeros += entries[f];
         flops += cost[f];
         if (size > columns) {
