@@ -83,6 +83,17 @@ std::size_t at(Index i) {
     return static_cast<std::size_t>(i);
 }
 
+// work(0) ... work(count - 1) by the threads that are free; returns when all are done. Tasks rather than loops with
+// barriers: a thread that the system has taken away holds up nobody.
+template <class Work>
+void share_out(int count, const Work& work) {
+    const int tasks = std::min(count, 4 * omp_get_num_threads());
+    if (tasks < 1) return;
+#pragma omp taskloop num_tasks(tasks) default(shared)
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        work(static_cast<int>(i));
+}
+
 struct CholmodCommon {
     cholmod_common common{};
     CholmodCommon() {
@@ -280,8 +291,10 @@ void SupernodalLdlt::Factor::set_order(const Supernodes& supernodes, std::vector
         const double columns = supernodes.begin[f + 1] - supernodes.begin[f];
         const auto size = static_cast<double>(supernodes.rows[f].size());
         entries[f] = columns * size - columns * (columns - 1) / 2;
-        for (double length = size; length > size - columns; length -= 1.0)
+        for (Index c = supernodes.begin[f]; c < supernodes.begin[f + 1]; ++c) {
+            const double length = size - (c - supernodes.begin[f]);
             cost[f] += length * length;
+        }
         nonzeros += entries[f];
         flops += cost[f];
         if (size > columns) {
@@ -610,22 +623,20 @@ int SupernodalLdlt::Factor::eliminate(const Node& node, const Front& front, bool
             continue;
         }
         constexpr int chunk = supernodal::chunk_columns;
-#pragma omp parallel
-        {
-#pragma omp for schedule(static)
-            for (int j = solve_from; j < padded; j += chunk)
-                kernels->solve(front, first, columns, L, j, std::min(j + chunk, padded));
-#pragma omp for schedule(static)
-            for (int b = 0; b < blocks; b += 8)
-                kernels->fill(front, first, columns, L, b, std::min(b + 8, blocks));
-            // Chunks further back have more rows: those first.
-            const int chunks = (padded - update_from + chunk - 1) / chunk;
-#pragma omp for schedule(dynamic, 1)
-            for (int c = 0; c < chunks; ++c) {
-                const int j = update_from + (chunks - 1 - c) * chunk;
-                kernels->update(front, first, columns, L, j, std::min(j + chunk, padded), fresh);
-            }
-        }
+        share_out((padded - solve_from + chunk - 1) / chunk, [&](int i) {
+            const int j = solve_from + i * chunk;
+            kernels->solve(front, first, columns, L, j, std::min(j + chunk, padded));
+        });
+        constexpr int some = 8;
+        share_out((blocks + some - 1) / some, [&](int i) {
+            kernels->fill(front, first, columns, L, i * some, std::min((i + 1) * some, blocks));
+        });
+        // Chunks further back have more rows: from both ends by turns, so that tasks are alike.
+        const int chunks = (padded - update_from + chunk - 1) / chunk;
+        share_out(chunks, [&](int i) {
+            const int j = update_from + (i % 2 == 0 ? i / 2 : chunks - 1 - i / 2) * chunk;
+            kernels->update(front, first, columns, L, j, std::min(j + chunk, padded), fresh);
+        });
     }
     return negative_here;
 }
@@ -661,9 +672,10 @@ int SupernodalLdlt::Factor::process(std::size_t f, Room& room, std::vector<doubl
             const int end = own ? split : child.below();
             const Front from = front_of(child, nullptr, updates[at(c)]);
             if (share && static_cast<double>(end - begin) * child.below() > worth_sharing / 16) {
-#pragma omp parallel for schedule(static, 8)
-                for (int i = begin; i < end; ++i)
-                    kernels->add(from, place, front, i, i + 1);
+                constexpr int some = 8;
+                share_out((end - begin + some - 1) / some, [&](int i) {
+                    kernels->add(from, place, front, begin + i * some, std::min(begin + (i + 1) * some, end));
+                });
             } else {
                 kernels->add(from, place, front, begin, end);
             }
@@ -703,23 +715,22 @@ void SupernodalLdlt::Factor::factor(double new_shift) {
             pivots[g] = more < 0 ? -1 : pivots[g] + more;
         }
     };
-    const auto subtrees = static_cast<int>(groups.size()) - 1;
-#pragma omp parallel for schedule(dynamic, 1) if (subtrees > 1)
-    for (int g = 0; g < subtrees; ++g) {
+    const auto run_if_room = [&](std::size_t g) {
         try {
-            run(static_cast<std::size_t>(g));
+            run(g);
         } catch (const std::bad_alloc&) {
             no_memory = true;
         }
-    }
-    bool sound = *std::min_element(pivots.begin(), pivots.end()) >= 0;
-    if (sound && !no_memory) {
-        try {
-            run(groups.size() - 1);
-        } catch (const std::bad_alloc&) {
-            no_memory = true;
-        }
-        sound = pivots.back() >= 0;
+    };
+    const std::size_t subtrees = groups.size() - 1;
+    bool sound = true;
+#pragma omp parallel if (subtrees > 1)
+#pragma omp single
+    {
+        share_out(static_cast<int>(subtrees), [&](int g) { run_if_room(static_cast<std::size_t>(g)); });
+        sound = !no_memory && *std::min_element(pivots.begin(), pivots.end()) >= 0;
+        if (sound) run_if_room(subtrees);
+        sound = sound && pivots.back() >= 0;
     }
     if (no_memory) no_room(n);
     if (sound) {
@@ -827,9 +838,9 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
     };
 
 #pragma omp parallel if (subtrees > 1)
+#pragma omp single
     {
-#pragma omp for schedule(dynamic, 1)
-        for (int g = 0; g < subtrees; ++g) {
+        share_out(subtrees, [&](int g) {
             const Group& group = groups[static_cast<std::size_t>(g)];
             double* rows = array(group);
             double* above = rows + static_cast<std::ptrdiff_t>(group.columns) * width;
@@ -843,11 +854,10 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
                 forward(rows, pieces[p], 0, width);
                 if (pieces[p].whole) move_out(rows, pieces[p], 0, width);
             }
-        }
+        });
         // Columns of the top by threads, each the whole way up and down.
         const int parts = std::max(1, std::min(omp_get_num_threads(), width / 8));
-#pragma omp for schedule(static, 1)
-        for (int part = 0; part < parts; ++part) {
+        share_out(parts, [&](int part) {
             const int begin = width == 4 ? 0 : width / 8 * part / parts * 8;
             const int end = width == 4 ? 4 : width / 8 * (part + 1) / parts * 8;
             double* rows = array(top);
@@ -871,9 +881,8 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
                 backward(rows, pieces[p], begin, end);
                 move_out(rows, pieces[p], begin, end);
             }
-        }
-#pragma omp for schedule(dynamic, 1)
-        for (int g = 0; g < subtrees; ++g) {
+        });
+        share_out(subtrees, [&](int g) {
             const Group& group = groups[static_cast<std::size_t>(g)];
             double* rows = array(group);
             double* above = rows + static_cast<std::ptrdiff_t>(group.columns) * width;
@@ -886,7 +895,7 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
                 backward(rows, pieces[p], 0, width);
                 move_out(rows, pieces[p], 0, width);
             }
-        }
+        });
     }
 }
 

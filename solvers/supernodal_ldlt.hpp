@@ -54,7 +54,7 @@ class SupernodalLdlt {
     /// stays with the object. Throws InputError for another number of rows and where there is no factor.
     void solve(Columns& columns) const;
 
-    /// Entries of L below its diagonal and of D, without zeros that are kept.
+    /// Entries of L below its diagonal and of D, with the zeros of merged supernodes.
     [[nodiscard]] double nonzeros() const;
     /// Floating-point operations of a factorization.
     [[nodiscard]] double flops() const;
