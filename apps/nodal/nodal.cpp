@@ -50,6 +50,18 @@ NodalLines nodal_lines(const Mesh& mesh, const Vector& values, double level) {
     for (Index v = 0; v < mesh.vertex_count(); ++v)
         on_level[static_cast<std::size_t>(v)] = undecided(v) ? 1 : 0;
 
+    // Sides on the boundary with both ends on the level: a line that meets them ends at a vertex, and does not go along.
+    std::vector<char> ends(static_cast<std::size_t>(all.rows()), 0);
+    const Sides sides(all, mesh.vertex_count());
+    for (Index side = 0; side < sides.count(); ++side) {
+        if (sides.places(side).size() != 1) continue;
+        const Index place = sides.places(side).front();
+        const Index c = sides.cell(place);
+        const int corner = sides.corner(place);
+        ends[static_cast<std::size_t>(c)] |= on_level[static_cast<std::size_t>(all(c, (corner + 1) % 3))] &
+                                             on_level[static_cast<std::size_t>(all(c, (corner + 2) % 3))];
+    }
+
     Vector around = Vector::Zero(mesh.vertex_count());
     Cells cells(all.rows(), 3);
     Eigen::Index kept = 0;
@@ -60,15 +72,15 @@ NodalLines nodal_lines(const Mesh& mesh, const Vector& values, double level) {
             sum += above[all(c, k)];
             flat = flat && on_level[static_cast<std::size_t>(all(c, k))] != 0;
         }
-        if (flat) continue;
-        cells.row(kept++) = all.row(c);
+        if (!flat && ends[static_cast<std::size_t>(c)] == 0) cells.row(kept++) = all.row(c);
         for (int k = 0; k < 3; ++k)
             around[all(c, k)] += sum;
     }
     cells.conservativeResize(kept, 3);
+    const double most = around.cwiseAbs().maxCoeff();
     for (Index v = 0; v < mesh.vertex_count(); ++v) {
         if (on_level[static_cast<std::size_t>(v)] != 0)
-            above[v] = std::copysign(std::max(threshold, 1e-300), around[v]);
+            above[v] = most > 0.0 ? threshold * (around[v] / most) : 0.0;
     }
 
     Sets sets(mesh.vertex_count());

@@ -18,9 +18,10 @@ struct NodalLines {
 };
 
 /// Of a function on triangles, one value a vertex. Vertices that are on the level, up to 1e-9 of the largest distance from
-/// it, take the side of their neighbours, and triangles of such vertices only are left out: so held vertices, where a
-/// function is 0 without changing its sign, are no line, and components that have no part in a function are empty. Vertices
-/// in no triangle, and those that are left out, count in no domain. Throws as isolines().
+/// it, take the side of their neighbours, and triangles of such vertices only, or with a side of them on the boundary,
+/// are left out: so held vertices, where a function is 0 without changing its sign, are no line but where lines end, and
+/// components that have no part in a function are empty. Vertices in no triangle, and those of triangles left out only,
+/// count in no domain. Throws as isolines().
 NodalLines nodal_lines(const Mesh& mesh, const Vector& values, double level = 0.0);
 
 }  // namespace beltrami

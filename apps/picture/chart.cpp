@@ -116,8 +116,8 @@ class ChartPage {
 
     Image draw() {
         grid();
-        lines();
         frame();
+        lines();
         letters();
         legend();
         return sheet_.image();
