@@ -25,6 +25,7 @@ constexpr int most_pixels_of_sheet = 32767;
 
 constexpr Colour plain_surface{0.70F, 0.76F, 0.85F};
 constexpr Colour plain_line{0.22F, 0.37F, 0.58F};  // thin things need more contrast
+constexpr Colour ink{0.08F, 0.08F, 0.10F};         // of lines drawn over a surface
 
 void check(const Mesh& mesh, const Block* field, const PictureOptions& options) {
     for (const int pixels : {options.width, options.height}) {
@@ -197,8 +198,8 @@ class Page {
             }
         }
         radius_ = radius_for(mesh, shape_, width_, height_);
-        const double margin = 0.05 * std::min(width_, height_) + (shape_.capsules.rows() > 0 ? radius_ : 0.0);
-        positions_ = fit(mesh.points(), shape_.vertices, camera_, width_, height_, margin);
+        margin_ = 0.05 * std::min(width_, height_) + (shape_.capsules.rows() > 0 ? radius_ : 0.0);
+        positions_ = fit(mesh.points(), shape_.vertices, camera_, width_, height_, margin_);
         if (shape_.triangles.rows() > 0 && seen_from_the_side(positions_, shape_.triangles, shape_.vertices))
             to_edges(shape_);
     }
@@ -224,6 +225,22 @@ class Page {
         return colours;
     }
 
+    /// Segments between points in the mesh's coordinates, behind those there are.
+    void add_lines(const Mesh& mesh, const Mesh& lines) {
+        const Eigen::Index n = positions_.rows();
+        Points all(n + lines.vertex_count(), 3);
+        all << mesh.points(), lines.points();
+        std::vector<Index> seen = shape_.vertices;
+        for (Index v = 0; v < lines.vertex_count(); ++v)
+            seen.push_back(static_cast<Index>(n) + v);
+        positions_ = fit(all, seen, camera_, width_, height_, margin_);
+        // Half out of the surface that they lie on.
+        positions_.bottomRows(lines.vertex_count()).col(2).array() += 0.5 * radius_;
+        const Eigen::Index before = shape_.capsules.rows();
+        shape_.capsules.conservativeResize(before + lines.cell_count(), 2);
+        shape_.capsules.bottomRows(lines.cell_count()) = lines.cells().array() + static_cast<Index>(n);
+    }
+
     Image draw(const Paint& paint, float contrast) {
         const double edge_width = edges_ ? std::max(1.0, std::min(width_, height_) / 800.0) : 0.0;
         std::vector<CornerNormals> normals = corner_normals(positions_, shape_.triangles);
@@ -243,20 +260,38 @@ class Page {
     int width_;
     int height_ = 0;
     double radius_ = 0.0;
+    double margin_ = 0.0;
     Points positions_;
 };
 
 }  // namespace
 
-Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) {
+namespace {
+
+Image draw(const Mesh& mesh, const Block* field, const Mesh* lines, const PictureOptions& options) {
     check(mesh, field, options);
     const Shape shape = shape_of(mesh);
     std::optional<ColourScale> scale;
     if (field != nullptr && field->cols() == 1) scale = scale_of(*field, shape.vertices, options);
     const Paint paint = paint_for(field, scale, shape.capsules.rows() > 0);
     Page page(mesh, shape, scale, options);
+    if (lines != nullptr) page.add_lines(mesh, *lines);
     // Light must not be taken for a change of the values.
-    return page.draw(paint, field == nullptr ? 0.6F : 0.4F);
+    return page.draw(paint.with_ink(mesh.vertex_count(), ink), field == nullptr ? 0.6F : 0.4F);
+}
+
+}  // namespace
+
+Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options) {
+    return draw(mesh, field, nullptr, options);
+}
+
+Image draw_lines(const Mesh& mesh, const Block* field, const Mesh& lines, const PictureOptions& options) {
+    if (lines.kind() != CellKind::segment) {
+        throw InputError(fmt::format("lines of {} cannot be drawn", plural(lines.kind())),
+                         "give a mesh of segments");
+    }
+    return draw(mesh, field, &lines, options);
 }
 
 Image draw_vectors(const Mesh& mesh, const Block& vectors, const std::vector<Index>& given,

@@ -44,6 +44,10 @@ struct PictureOptions {
 /// bytes, whatever the number of threads.
 Image draw(const Mesh& mesh, const Block* field, const PictureOptions& options = {});
 
+/// As draw(), with the cells of `lines`, a mesh of segments in the same place, drawn over it as dark lines. Throws as
+/// draw(), and InputError for lines of another kind.
+Image draw_lines(const Mesh& mesh, const Block* field, const Mesh& lines, const PictureOptions& options = {});
+
 /// A mesh in grey with arrows for the vectors (n x 3) at as many vertices as there is room for, of the colour of their
 /// length in the scale, and larger red ones at the vertices `given`; none where a vector is not finite. Throws as
 /// draw(), and InputError for vectors of other than three columns and a vertex out of range.

@@ -258,7 +258,15 @@ Paint Paint::scalar(const Block& values, const ColourScale& scale) {
     return paint;
 }
 
+Paint Paint::with_ink(Index first, const Colour& ink) const {
+    Paint paint = *this;
+    paint.first_ink_ = first;
+    paint.ink_ = ink;
+    return paint;
+}
+
 Colour Paint::mix(const Index* vertices, const double* weights, int k) const {
+    if (vertices[0] >= first_ink_) return ink_;
     if (scale_) {
         double position = 0.0;
         for (int i = 0; i < k; ++i)

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -22,7 +23,10 @@ class Paint {
     /// values: n x 1.
     static Paint scalar(const Block& values, const ColourScale& scale);
 
-    /// The mean of the colours of k vertices with weights that add up to 1.
+    /// The same paint for vertices below `first`, and for the others, which are things drawn over the surface, `ink`.
+    [[nodiscard]] Paint with_ink(Index first, const Colour& ink) const;
+
+    /// The mean of the colours of k vertices with weights that add up to 1; all on the same side of with_ink().
     [[nodiscard]] Colour mix(const Index* vertices, const double* weights, int k) const;
 
   private:
@@ -32,6 +36,8 @@ class Paint {
     std::vector<Colour> colours_;
     std::vector<double> positions_;
     std::optional<ColourScale> scale_;
+    Index first_ink_ = std::numeric_limits<Index>::max();
+    Colour ink_{};
 };
 
 /// Unit normals at the corners of a triangle.

@@ -18,17 +18,6 @@ std::string with_sign(double value, const std::string& digits) {
     return value < 0.0 && !is_zero ? std::string(minus) + digits : digits;
 }
 
-std::string power_of_ten(int exponent) {
-    constexpr std::array<std::string_view, 10> raised{"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
-                                                      "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
-    std::string text = "\u00d710";
-    if (exponent < 0) text += "\u207b";
-    for (const char digit : fmt::format("{}", std::abs(exponent))) {
-        text += raised[static_cast<std::size_t>(digit - '0')];
-    }
-    return text;
-}
-
 int exponent_of(double value) {
     return static_cast<int>(std::floor(std::log10(value)));
 }
@@ -44,6 +33,17 @@ double round_step(double rough) {
 
 }  // namespace
 
+std::string power_of_ten(int exponent) {
+    constexpr std::array<std::string_view, 10> raised{"\u2070", "\u00b9", "\u00b2", "\u00b3", "\u2074",
+                                                      "\u2075", "\u2076", "\u2077", "\u2078", "\u2079"};
+    std::string text = "10";
+    if (exponent < 0) text += "\u207b";
+    for (const char digit : fmt::format("{}", std::abs(exponent))) {
+        text += raised[static_cast<std::size_t>(digit - '0')];
+    }
+    return text;
+}
+
 Ticks ticks_between(double low, double high, int wanted) {
     Ticks result;
     const double largest = std::max(std::abs(low), std::abs(high));
@@ -51,7 +51,7 @@ Ticks ticks_between(double low, double high, int wanted) {
     if (largest > 0.0 && (largest >= 1e5 || largest < 1e-3)) {
         const int exponent = std::max(exponent_of(largest), -307);
         unit = std::pow(10.0, exponent);
-        result.factor = power_of_ten(exponent);
+        result.factor = "\u00d7" + power_of_ten(exponent);
     }
     const double from = low / unit;
     const double to = high / unit;

@@ -22,4 +22,7 @@ struct Ticks {
 /// apart.
 Ticks ticks_between(double low, double high, int wanted);
 
+/// "10⁻³".
+std::string power_of_ten(int exponent);
+
 }  // namespace beltrami

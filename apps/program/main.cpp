@@ -43,6 +43,9 @@ int run_program(int argc, char** argv) {
     add_poke(program, run);
     add_harmonics(program, run);
     add_filter(program, run);
+    add_spectrum(program, run);
+    add_signature(program, run);
+    add_nodal(program, run);
     try {
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0) {

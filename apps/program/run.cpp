@@ -148,8 +148,8 @@ void Run::add_options(CLI::App& command, Wants wants) {
     });
 }
 
-void Run::also_writes(const std::filesystem::path& path) {
-    other_outputs_.push_back(path);
+void Run::also_writes(const std::filesystem::path& path, const std::string& option) {
+    other_outputs_.push_back({path, option});
 }
 
 void Run::check_outputs() const {
@@ -167,8 +167,8 @@ void Run::check_outputs() const {
         camera_from(view_.view, view_.up);  // throws for a direction that is not one
     }
     if (!summary_file_.empty()) check_writable(summary_file_);
-    for (const auto& path : other_outputs_)
-        check_writable(path);
+    for (const OtherOutput& other : other_outputs_)
+        check_writable(other.path);
     if (!range_.empty() && !(range_[0] < range_[1] && std::isfinite(range_[1] - range_[0]))) {
         throw InputError(fmt::format("--range {},{} is no range", range_[0], range_[1]),
                          "give LOW,HIGH with LOW < HIGH");
@@ -187,8 +187,8 @@ void Run::check_outputs() const {
     add(output_, "-o");
     add(picture_, "--picture");
     add(summary_file_, "--summary");
-    for (const auto& path : other_outputs_)
-        add(path, "--series");
+    for (const OtherOutput& other : other_outputs_)
+        add(other.path, other.option);
 }
 
 Mesh Run::load_mesh() {

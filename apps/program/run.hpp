@@ -55,8 +55,8 @@ class Run {
     void record(const LinearSummary& solver);
     nlohmann::json& result() { return summary_["result"]; }
 
-    /// An output besides -o that is checked before any work, such as a series.
-    void also_writes(const std::filesystem::path& path);
+    /// An output besides -o that is checked before any work, such as a series; `option`: which says so.
+    void also_writes(const std::filesystem::path& path, const std::string& option = "--series");
     void wrote(const std::filesystem::path& path);
 
     using Drawing = std::function<Image(const PictureOptions&)>;
@@ -113,7 +113,11 @@ class Run {
     class ProgressDisplay;
     std::unique_ptr<ProgressDisplay> display_;
     std::unique_ptr<Progress> progress_;
-    std::vector<std::filesystem::path> other_outputs_;
+    struct OtherOutput {
+        std::filesystem::path path;
+        std::string option;
+    };
+    std::vector<OtherOutput> other_outputs_;
     std::chrono::steady_clock::time_point start_;
     MeshReport mesh_report_;
     nlohmann::json summary_;
@@ -153,5 +157,8 @@ void add_membrane(CLI::App& program, Run& run);
 void add_poke(CLI::App& program, Run& run);
 void add_harmonics(CLI::App& program, Run& run);
 void add_filter(CLI::App& program, Run& run);
+void add_spectrum(CLI::App& program, Run& run);
+void add_signature(CLI::App& program, Run& run);
+void add_nodal(CLI::App& program, Run& run);
 
 }  // namespace beltrami::program

@@ -150,6 +150,19 @@ void record(Run& run, const SpectrumSummary& summary) {
     if (run.verbose()) fmt::print("{}", summary.full());
 }
 
+void add_basis_option(CLI::App& command, std::string& folder) {
+    command.add_option("--basis", folder, "a folder made by beltrami harmonics")
+        ->required()
+        ->option_text("BASIS");
+}
+
+Block field_on(const Mesh& mesh, const std::string& what) {
+    if (what == "positions") return filter_field(mesh, FilterTarget::positions);
+    if (what == "normals") return filter_field(mesh, FilterTarget::normals);
+    if (what == "colors") return filter_field(mesh, FilterTarget::colors);
+    return filter_field(mesh, FilterTarget::field, what);
+}
+
 StoredBasis open_basis(Run& run, const std::string& folder, const Mesh& mesh) {
     StoredBasis basis = run.timed("read", [&] {
         StoredBasis opened(folder);

@@ -39,7 +39,12 @@ double parse_bytes(const std::string& option, const std::string& text);
 
 void record(Run& run, const SpectrumSummary& summary);
 
+/// Declares --basis, which must be given.
+void add_basis_option(CLI::App& command, std::string& folder);
 /// Opens the basis, which must be the mesh's, and says what it is. Warns where it is not complete.
 StoredBasis open_basis(Run& run, const std::string& folder, const Mesh& mesh);
+
+/// What --on names: positions, normals, colors or a field, vertices x columns.
+Block field_on(const Mesh& mesh, const std::string& what);
 
 }  // namespace beltrami::program
