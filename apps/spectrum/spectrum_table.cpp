@@ -83,7 +83,7 @@ Image draw_spectrum(const SpectrumTable& table, const std::string& title) {
                             .up = "eigenvalue",
                             .lines = {{.name = "eigenvalues", .x = numbers, .y = table.eigenvalues},
                                       {.name = "Weyl's law", .x = numbers, .y = table.weyl, .dashed = true}}};
-    const Image above = draw_chart(eigenvalues, width, 480);
+    Image above = draw_chart(eigenvalues, width, 480);
     if (table.amplitudes.size() == 0) return above;
     const double largest = table.amplitudes.maxCoeff();
     const Vector amplitudes = table.amplitudes / (largest > 0.0 ? largest : 1.0);

@@ -146,12 +146,28 @@ Image figure_6() {
     return side_by_side(images, 4);
 }
 
+// Chladni figures of a square plate with a free rim: what `beltrami nodal` draws.
+Image nodal() {
+    const Mesh plate = shapes::grid(80, 80);
+    const Laplacian laplacian(plate);
+    const Spectrum found = spectrum(Eigenproblem(laplacian), {.count = 40});
+    std::vector<Image> images;
+    for (const Index k : {10, 17, 24, 31}) {
+        const Block function = laplacian.order().to_user(Block(found.vectors.col(k)));
+        PictureOptions picture{.width = 380, .height = 340};
+        picture.title = fmt::format("function {}, eigenvalue {:.4g}", k, found.values[k]);
+        images.push_back(draw_lines(plate, &function, nodal_lines(plate, function).lines.segments, picture));
+    }
+    return side_by_side(images, 4);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     try {
         const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
         write_picture(folder / "overview.png", overview());
+        write_picture(folder / "nodal.png", nodal());
         write_picture(folder / "figure_6.png", figure_6());
         write_picture(folder / "figure_8.png", figure_8());
         write_picture(folder / "figure_11.png", figure_11());
