@@ -324,6 +324,7 @@ class Bands {
     void add(Eigenpairs& pairs, const RitzValues& ritz, const std::vector<Index>& accepted,
              const BlockLanczos& lanczos) {
         std::vector<Index> chosen;
+        chosen.reserve(accepted.size());
         for (const Index i : accepted)
             chosen.push_back(ritz.vector[static_cast<std::size_t>(i)]);
         Eigenpairs more{ritz.values(accepted), lanczos.vectors(chosen)};
