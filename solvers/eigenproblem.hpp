@@ -44,7 +44,9 @@ class Eigenproblem {
     /// rows(); empty unless lumped().
     [[nodiscard]] const Vector& lumped_mass() const { return lumped_; }
     /// rows() x rows(); empty where lumped().
-    [[nodiscard]] const Eigen::SparseMatrix<double, Eigen::RowMajor>& consistent_mass() const { return consistent_; }
+    [[nodiscard]] const Eigen::SparseMatrix<double, Eigen::RowMajor>& consistent_mass() const {
+        return consistent_;
+    }
     /// rows() x rows(), diagonal where it is lumped.
     [[nodiscard]] Eigen::SparseMatrix<double, Eigen::RowMajor> mass_matrix() const;
     /// The sum of all entries of M, held vertices left out: the area of a surface.
