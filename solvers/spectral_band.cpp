@@ -9,14 +9,22 @@
 namespace beltrami {
 
 Vector residuals(const Eigenproblem& problem, const Eigenpairs& pairs, double zero_scale) {
+    Vector relative(pairs.values.size());
     Columns Kh;
     Columns Mh;
-    problem.apply_stiffness(pairs.vectors, Kh);
-    problem.apply_mass(pairs.vectors, Mh);
-    const Vector scale =
-        pairs.values.cwiseAbs().cwiseMax(zero_scale).cwiseProduct(Mh.colwise().norm().transpose());
-    Kh -= Mh * pairs.values.asDiagonal();
-    return Kh.colwise().norm().transpose().cwiseQuotient(scale);
+    // A few at once: a band is large.
+    constexpr Eigen::Index group = 16;
+    for (Eigen::Index first = 0; first < relative.size(); first += group) {
+        const Eigen::Index count = std::min(group, relative.size() - first);
+        problem.apply_stiffness(pairs.vectors.middleCols(first, count), Kh);
+        problem.apply_mass(pairs.vectors.middleCols(first, count), Mh);
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const double value = pairs.values[first + i];
+            const double scale = std::max(std::abs(value), zero_scale) * Mh.col(i).norm();
+            relative[first + i] = (Kh.col(i) - value * Mh.col(i)).norm() / scale;
+        }
+    }
+    return relative;
 }
 
 SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const SpectrumEnd& lower,
@@ -48,8 +56,12 @@ SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const Spec
     const auto largest = [](const Columns& A) { return A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0; };
     certificate.max_orthogonality_error = std::max(largest(gram), largest(across));
 
-    certificate.max_residual =
-        count > 0 ? residuals(problem, {band.values, band.vectors}, zero_scale).maxCoeff() : 0.0;
+    if (count > 0) {
+        pairs = {std::move(band.values), std::move(band.vectors)};
+        certificate.max_residual = residuals(problem, pairs, zero_scale).maxCoeff();
+        band.values = std::move(pairs.values);
+        band.vectors = std::move(pairs.vectors);
+    }
     return band;
 }
 

@@ -111,16 +111,23 @@ SpectrumSummary spectrum(const Eigenproblem& problem, const SpectrumOptions& opt
 
 Spectrum spectrum(const Eigenproblem& problem, const SpectrumOptions& options) {
     Spectrum result;
-    std::vector<SpectralBand> bands;
-    result.summary = spectrum(problem, options, [&](const SpectralBand& band) { bands.push_back(band); });
-    result.values.resize(result.summary.count);
-    result.vectors.resize(problem.rows(), result.summary.count);
-    Eigen::Index at = 0;
-    for (SpectralBand& band : bands) {
-        result.values.segment(at, band.values.size()) = band.values;
-        result.vectors.middleCols(at, band.values.size()) = band.vectors;
-        at += band.values.size();
-        band.vectors.resize(0, 0);
+    Eigen::Index found = 0;
+    // With a count the room is known; pages are taken as they are written to.
+    result.values.resize(options.count);
+    result.vectors.resize(problem.rows(), options.count);
+    result.summary = spectrum(problem, options, [&](const SpectralBand& band) {
+        const Eigen::Index more = band.values.size();
+        if (found + more > result.values.size()) {
+            result.values.conservativeResize(found + more);
+            result.vectors.conservativeResize(Eigen::NoChange, found + more);
+        }
+        result.values.segment(found, more) = band.values;
+        result.vectors.middleCols(found, more) = band.vectors;
+        found += more;
+    });
+    if (found < result.values.size()) {
+        result.values.conservativeResize(found);
+        result.vectors.conservativeResize(Eigen::NoChange, found);
     }
     return result;
 }
