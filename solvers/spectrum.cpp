@@ -113,8 +113,9 @@ Spectrum spectrum(const Eigenproblem& problem, const SpectrumOptions& options) {
     Spectrum result;
     Eigen::Index found = 0;
     // With a count the room is known; pages are taken as they are written to.
-    result.values.resize(options.count);
-    result.vectors.resize(problem.rows(), options.count);
+    const Index room = std::clamp(options.count, Index{0}, problem.rows());
+    result.values.resize(room);
+    result.vectors.resize(problem.rows(), room);
     result.summary = spectrum(problem, options, [&](const SpectralBand& band) {
         const Eigen::Index more = band.values.size();
         if (found + more > result.values.size()) {
