@@ -284,8 +284,9 @@ BasisWriter::BasisWriter(fs::path folder, const Mesh& mesh, const Laplacian& lap
     }
     Vector mass = Vector::Zero(mesh.vertex_count());
     for (Index i = 0; i < problem.rows(); ++i) {
-        mass[user_vertex(i)] =
-            problem.lumped() ? problem.lumped_mass()[i] : problem.consistent_mass().coeff(i, i);
+        mass[user_vertex(i)] = options.plain_product ? 1.0
+                               : problem.lumped()    ? problem.lumped_mass()[i]
+                                                     : problem.consistent_mass().coeff(i, i);
     }
     write_npy(folder_ / "mass.npy", mass);
     if (!problem.lumped()) write_npy(folder_ / "mass-edges.npy", mass_edges(laplacian_, problem));

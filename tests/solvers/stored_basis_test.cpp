@@ -143,6 +143,17 @@ TEST(StoredBasis, FloatsTakeHalfTheRoom) {
     EXPECT_THROW(made.store(folder / "b", 80, {.resume = true}), InputError);
 }
 
+// For Figure 2 C of Vallet & Levy 2008: as if functions were orthogonal without the mass.
+TEST(StoredBasis, APlainProductHasNoMass) {
+    const Scratch folder;
+    const Made made(shapes::bumpy_sphere(600));
+    made.store(folder / "b", 20, {.plain_product = true});
+    const StoredBasis basis(folder / "b");
+    EXPECT_EQ(basis.mass(), Vector::Ones(600));
+    for (Index k = 0; k < 20; ++k)
+        EXPECT_NEAR(basis.function(k).norm(), 1.0, 1e-12) << k;
+}
+
 TEST(StoredBasis, RefusesOtherMeshesAndOperators) {
     const Scratch folder;
     const Made made(shapes::bumpy_sphere(600));
