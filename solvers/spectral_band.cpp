@@ -8,18 +8,19 @@
 
 namespace beltrami {
 
-Vector residuals(const Eigenproblem& problem, const Eigenpairs& pairs, double zero_scale) {
-    Vector relative(pairs.values.size());
+Vector residuals(const Eigenproblem& problem, const Vector& values, const Columns& vectors,
+                 double zero_scale) {
+    Vector relative(values.size());
     Columns Kh;
     Columns Mh;
     // A few at once: a band is large.
     constexpr Eigen::Index group = 16;
     for (Eigen::Index first = 0; first < relative.size(); first += group) {
         const Eigen::Index count = std::min(group, relative.size() - first);
-        problem.apply_stiffness(pairs.vectors.middleCols(first, count), Kh);
-        problem.apply_mass(pairs.vectors.middleCols(first, count), Mh);
+        problem.apply_stiffness(vectors.middleCols(first, count), Kh);
+        problem.apply_mass(vectors.middleCols(first, count), Mh);
         for (Eigen::Index i = 0; i < count; ++i) {
-            const double value = pairs.values[first + i];
+            const double value = values[first + i];
             const double scale = std::max(std::abs(value), zero_scale) * Mh.col(i).norm();
             relative[first + i] = (Kh.col(i) - value * Mh.col(i)).norm() / scale;
         }
@@ -56,12 +57,8 @@ SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const Spec
     const auto largest = [](const Columns& A) { return A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0; };
     certificate.max_orthogonality_error = std::max(largest(gram), largest(across));
 
-    if (count > 0) {
-        pairs = {std::move(band.values), std::move(band.vectors)};
-        certificate.max_residual = residuals(problem, pairs, zero_scale).maxCoeff();
-        band.values = std::move(pairs.values);
-        band.vectors = std::move(pairs.vectors);
-    }
+    if (count > 0)
+        certificate.max_residual = residuals(problem, band.values, band.vectors, zero_scale).maxCoeff();
     return band;
 }
 

@@ -12,7 +12,8 @@ struct Eigenpairs {
 };
 
 /// |K h - lambda M h| / (max(|lambda|, zero_scale) |M h|) of each pair, in the 2-norm.
-Vector residuals(const Eigenproblem& problem, const Eigenpairs& pairs, double zero_scale);
+Vector residuals(const Eigenproblem& problem, const Vector& values, const Columns& vectors,
+                 double zero_scale);
 
 /// Makes the vectors M-orthonormal among each other and to those of the band before it (rows x any; may be empty), and
 /// measures residuals and orthogonality. `zero_scale`: what residuals of zero modes are taken relative to.

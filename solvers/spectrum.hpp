@@ -109,7 +109,6 @@ struct SpectrumSummary {
     double analysis_seconds = 0.0;
     double factor_seconds = 0.0;
     double solve_seconds = 0.0;
-    double orthogonalization_seconds = 0.0;
     double total_seconds = 0.0;
     std::size_t memory_bytes = 0;  ///< the most that factor, space and bands took together
     std::size_t disk_bytes = 0;    ///< of a factor on disk

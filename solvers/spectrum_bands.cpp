@@ -38,8 +38,9 @@ class Stopwatch {
 
 // Pairs without a gap in their numbers: the lowest of a band.
 struct Found {
-    Vector values;           // ascending, all above the lower end
-    double next = infinity;  // what the pair behind them has about
+    Vector values;              // ascending, all above the lower end
+    double next = infinity;     // what the pair behind them has about
+    std::optional<double> end;  // where the band can end; none while pairs are missing
 };
 
 class Bands {
@@ -157,14 +158,13 @@ class Bands {
             ++trace.rounds;
             const Eigen::Index known = pairs.values.size();
             const Found found = krylov(goal, tolerance, missing, pairs, trace);
-            const std::optional<double> end = choose_end(found, goal);
             idle = pairs.values.size() > known ? 0 : idle + 1;
             missing = std::max<Index>(goal.count - static_cast<Index>(found.values.size()), panel_width);
-            if (!end) {
+            if (!found.end) {
                 shortage = fmt::format("{} of {} pairs were found", found.values.size(), goal.count);
                 continue;
             }
-            const SpectrumEnd upper = inertia_at(*end);
+            const SpectrumEnd upper = inertia_at(*found.end);
             SpectralBand band = between(pairs, lower, upper);
             const Index expected = upper.below - lower.below;
             if (band.certificate.found < expected) {
@@ -256,14 +256,16 @@ class Bands {
                 if (ritz.residuals[i] <= tolerance * std::abs(ritz.values[i])) accepted.push_back(i);
             }
             found = without_gaps(pairs.values, ritz, accepted, goal.lower);
-            if (choose_end(found, goal)) break;
+            found.end = choose_end(found, goal);
+            if (found.end) break;
         }
         trace.dimension += lanczos.dimension();
         memory(lanczos.memory_bytes() + static_cast<std::size_t>(pairs.vectors.size()) * sizeof(double));
         // Where the band can end, what converged outside is of no use.
-        if (const std::optional<double> end = choose_end(found, goal)) {
-            std::erase_if(accepted,
-                          [&](Index i) { return ritz.values[i] <= goal.lower || ritz.values[i] >= *end; });
+        if (found.end) {
+            std::erase_if(accepted, [&](Index i) {
+                return ritz.values[i] <= goal.lower || ritz.values[i] >= *found.end;
+            });
         }
         if (!accepted.empty()) add(pairs, ritz, accepted, lanczos);
         return found;
@@ -343,7 +345,7 @@ class Bands {
     // Blocks of the space carry rounding that is large against their smooth part, and stiff cells enlarge it: an
     // inverse iteration takes it away where it shows.
     void refine(Eigenpairs& pairs) {
-        const Vector residual = residuals(problem_, pairs, 0.0);
+        const Vector residual = residuals(problem_, pairs.values, pairs.vectors, 0.0);
         std::vector<Index> rough;
         for (Index i = 0; i < residual.size(); ++i) {
             if (residual[i] > 0.3 * options_.tolerance) rough.push_back(i);

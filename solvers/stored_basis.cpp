@@ -280,7 +280,6 @@ BasisWriter::BasisWriter(fs::path folder, const Mesh& mesh, const Laplacian& lap
         eigenvalues_.assign(basis.eigenvalues().begin(), basis.eigenvalues().end());
         max_orthogonality_error_ = basis.max_orthogonality_error();
         complete_ = basis.complete();
-        set_resume();
     }
     Vector mass = Vector::Zero(mesh.vertex_count());
     for (Index i = 0; i < problem.rows(); ++i) {
@@ -324,11 +323,11 @@ bool BasisWriter::satisfies(const SpectrumOptions& options) const {
 
 SpectrumOptions BasisWriter::continued(SpectrumOptions options) {
     // A last band that was cut off at the count asked for is found again.
-    if (resume_ && resume_->last.kept < resume_->last.found) {
-        eigenvalues_.resize(eigenvalues_.size() - static_cast<std::size_t>(resume_->last.kept));
+    if (!certificates_.empty() && certificates_.back().kept < certificates_.back().found) {
+        eigenvalues_.resize(eigenvalues_.size() - static_cast<std::size_t>(certificates_.back().kept));
         certificates_.pop_back();
-        set_resume();
     }
+    set_resume();
     complete_ = false;
     options.resume = resume_ ? &*resume_ : nullptr;
     return options;

@@ -2,22 +2,6 @@
 
 namespace beltrami::program {
 
-namespace {
-
-struct Target {
-    FilterTarget kind = FilterTarget::positions;
-    std::string field = {};
-};
-
-Target target_of(const std::string& on) {
-    if (on == "positions") return {FilterTarget::positions};
-    if (on == "normals") return {FilterTarget::normals};
-    if (on == "colors") return {FilterTarget::colors};
-    return {FilterTarget::field, on};
-}
-
-}  // namespace
-
 void add_filter(CLI::App& program, Run& run) {
     struct Options {
         std::string basis;
@@ -60,7 +44,7 @@ void add_filter(CLI::App& program, Run& run) {
                              "give --basis BASIS, made by beltrami harmonics, or --limited-memory");
         }
         const Mesh mesh = run.load_mesh();
-        const Target target = target_of(options->on);
+        const NamedTarget target = target_of(options->on);
         const Block field = filter_field(mesh, target.kind, target.field);
         FilterUnits units{.mean_edge = run.mesh_report().mean_edge};
         Block result;

@@ -81,6 +81,9 @@ void add_spectrum_options(CLI::App& command, SpectrumCommandOptions& options) {
         ->option_text("N");
 }
 
+namespace {
+
+// "8G", "500M": bytes.
 double parse_bytes(const std::string& option, const std::string& text) {
     std::string_view number = text;
     double unit = 1.0;
@@ -98,6 +101,8 @@ double parse_bytes(const std::string& option, const std::string& text) {
     }
     return value * unit;
 }
+
+}  // namespace
 
 SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& options,
                                  const std::filesystem::path& scratch) {
@@ -156,11 +161,16 @@ void add_basis_option(CLI::App& command, std::string& folder) {
         ->option_text("BASIS");
 }
 
+NamedTarget target_of(const std::string& on) {
+    if (on == "positions") return {FilterTarget::positions};
+    if (on == "normals") return {FilterTarget::normals};
+    if (on == "colors") return {FilterTarget::colors};
+    return {FilterTarget::field, on};
+}
+
 Block field_on(const Mesh& mesh, const std::string& what) {
-    if (what == "positions") return filter_field(mesh, FilterTarget::positions);
-    if (what == "normals") return filter_field(mesh, FilterTarget::normals);
-    if (what == "colors") return filter_field(mesh, FilterTarget::colors);
-    return filter_field(mesh, FilterTarget::field, what);
+    const NamedTarget target = target_of(what);
+    return filter_field(mesh, target.kind, target.field);
 }
 
 StoredBasis open_basis(Run& run, const std::string& folder, const Mesh& mesh) {

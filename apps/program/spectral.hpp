@@ -34,9 +34,6 @@ void add_spectrum_options(CLI::App& command, SpectrumCommandOptions& options);
 SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& options,
                                  const std::filesystem::path& scratch);
 
-/// "8G", "500M": bytes.
-double parse_bytes(const std::string& option, const std::string& text);
-
 void record(Run& run, const SpectrumSummary& summary);
 
 /// Declares --basis, which must be given.
@@ -44,7 +41,13 @@ void add_basis_option(CLI::App& command, std::string& folder);
 /// Opens the basis, which must be the mesh's, and says what it is. Warns where it is not complete.
 StoredBasis open_basis(Run& run, const std::string& folder, const Mesh& mesh);
 
-/// What --on names: positions, normals, colors or a field, vertices x columns.
+/// What --on names.
+struct NamedTarget {
+    FilterTarget kind = FilterTarget::positions;
+    std::string field = {};
+};
+NamedTarget target_of(const std::string& on);
+/// Its values: positions, normals, colors or a field, vertices x columns.
 Block field_on(const Mesh& mesh, const std::string& what);
 
 }  // namespace beltrami::program
