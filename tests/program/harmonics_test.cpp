@@ -1,5 +1,7 @@
 // The commands harmonics and filter.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -152,14 +154,12 @@ TEST(ProgramHarmonics, SurvivesBeingKilled) {
         landed = basis.count();
         // Nothing is computed again: bands that have landed stay as they are.
         for (std::size_t band = 0; band < basis.bands().size(); ++band) {
-            const auto time = fs::last_write_time(
-                scratch / ("b/band-" + std::string(4, '0') + std::to_string(band) + ".npy"));
+            const auto time = fs::last_write_time(scratch / fmt::format("b/band-{:05}.npy", band));
             if (band < times.size()) {
                 EXPECT_EQ(time, times[band]);
             } else {
                 times.push_back(time);
             }
-            ASSERT_LT(band, 10U);
         }
     }
     EXPECT_GE(killed, 2);
