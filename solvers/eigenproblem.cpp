@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "beltrami/framework/error.hpp"
 
@@ -55,6 +56,28 @@ Eigenproblem::Eigenproblem(const Laplacian& laplacian, const Constraints& held) 
 Eigenproblem::Eigenproblem(const Laplacian& laplacian, const EdgeOperator<double>& mass,
                            const Constraints& held) {
     set(laplacian, &mass, held);
+}
+
+Eigenproblem::Eigenproblem(const Eigen::SparseMatrix<double>& K, const Eigen::SparseMatrix<double>& M,
+                           const Columns& constants)
+    : vertex_count_(static_cast<Index>(K.rows())),
+      vertices_(static_cast<std::size_t>(K.rows())),
+      stiffness_(K),
+      consistent_(M),
+      constants_(constants) {
+    if (K.rows() == 0 || K.cols() != K.rows() || M.rows() != K.rows() || M.cols() != K.rows() ||
+        constants.rows() != K.rows()) {
+        throw InputError(
+            fmt::format("an eigenproblem of matrices {} x {} and {} x {}, with constants of {} rows",
+                        K.rows(), K.cols(), M.rows(), M.cols(), constants.rows()),
+            "give square matrices of the same size");
+    }
+    if (!(consistent_.diagonal().minCoeff() > 0.0)) {
+        throw InputError(
+            fmt::format("a mass matrix has {} on its diagonal", consistent_.diagonal().minCoeff()),
+            "eigenfunctions need a positive mass at every unknown");
+    }
+    std::iota(vertices_.begin(), vertices_.end(), Index{0});
 }
 
 void Eigenproblem::set(const Laplacian& laplacian, const EdgeOperator<double>* mass,

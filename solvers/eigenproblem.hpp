@@ -30,6 +30,11 @@ class Eigenproblem {
     /// With a mass of its own on the same vertices, such as the consistent one.
     Eigenproblem(const Laplacian& laplacian, const EdgeOperator<double>& mass,
                  const Constraints& held = Constraints());
+    /// Of matrices, such as a coarse level's: both size x size and symmetric with both triangles, M not lumped even where
+    /// it is diagonal; constants: size x any, of M-norm 1. Every row is an unknown. Throws InputError for sizes that do
+    /// not fit, no row, and a diagonal entry of M that is not positive.
+    Eigenproblem(const Eigen::SparseMatrix<double>& K, const Eigen::SparseMatrix<double>& M,
+                 const Columns& constants);
 
     /// The number of unknowns.
     [[nodiscard]] Index rows() const { return static_cast<Index>(vertices_.size()); }

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
 #include "beltrami/framework/error.hpp"
+#include "beltrami/framework/stopwatch.hpp"
 
 namespace beltrami {
 
@@ -60,7 +60,7 @@ LocalSolver::LocalSolver(PdeOperator A, Index columns, LocalOptions options)
 }
 
 LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const std::vector<Index> touched = system_.vertices_of(holds);
     system_.forget_factor();  // of a solve that was cancelled
     LocalSummary summary;
@@ -165,7 +165,7 @@ LocalSummary LocalSolver::solve(std::span<const Hold> holds) {
     summary.products = system_.op().products() - products_before;
     summary.bytes = system_.bytes() - bytes_before;
     summary.memory_bytes = system_.memory_bytes();
-    summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    summary.seconds = watch.seconds();
     return summary;
 }
 

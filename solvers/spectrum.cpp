@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <random>
 
 #include "beltrami/framework/error.hpp"
+#include "beltrami/framework/stopwatch.hpp"
 #include "beltrami/solvers/dense_kernels.hpp"
 #include "beltrami/solvers/spectrum_bands.hpp"
 #include "beltrami/solvers/spectrum_full.hpp"
+#include "beltrami/solvers/spectrum_hierarchical.hpp"
 
 namespace beltrami {
 
@@ -22,6 +23,8 @@ std::string_view name(SpectrumMethod method) {
             return "bands";
         case SpectrumMethod::full:
             return "full";
+        case SpectrumMethod::hierarchical:
+            return "hierarchical";
     }
     return "";
 }
@@ -69,7 +72,7 @@ SpectrumMethod choose(const Eigenproblem& problem, const SpectrumOptions& option
 
 SpectrumSummary spectrum(const Eigenproblem& problem, const SpectrumOptions& options, const BandSink& sink) {
     check(problem, options);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     SpectrumSummary summary;
     summary.tolerance = options.tolerance;
     summary.components = static_cast<Index>(problem.constants().cols());
@@ -102,10 +105,12 @@ SpectrumSummary spectrum(const Eigenproblem& problem, const SpectrumOptions& opt
     };
     if (summary.method == SpectrumMethod::full) {
         spectrum_in_full(problem, options, counting, summary);
+    } else if (summary.method == SpectrumMethod::hierarchical) {
+        spectrum_hierarchically(problem, options, counting, summary);
     } else {
         spectrum_by_bands(problem, options, counting, summary);
     }
-    summary.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    summary.total_seconds = watch.seconds();
     return summary;
 }
 

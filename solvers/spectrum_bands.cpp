@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <optional>
 
 #include "beltrami/framework/error.hpp"
+#include "beltrami/framework/stopwatch.hpp"
 #include "beltrami/solvers/block_lanczos.hpp"
 #include "beltrami/solvers/dense_kernels.hpp"
 #include "beltrami/solvers/spectral_band.hpp"
@@ -21,20 +21,6 @@ namespace {
 /// Pairs in a band: orthogonalization costs (2 band + 100)^2 products a band, so that fewer and more both cost more a pair.
 constexpr Index default_band = 64;
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-class Stopwatch {
-  public:
-    explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-    Stopwatch(const Stopwatch&) = delete;
-    Stopwatch& operator=(const Stopwatch&) = delete;
-    ~Stopwatch() {
-        seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    }
-
-  private:
-    double& seconds_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // Pairs without a gap in their numbers: the lowest of a band.
 struct Found {
@@ -48,7 +34,7 @@ class Bands {
     Bands(const Eigenproblem& problem, const SpectrumOptions& options, const BandSink& sink,
           SpectrumSummary& summary)
         : problem_(problem), options_(options), sink_(sink), summary_(summary) {
-        const Stopwatch watch(summary.analysis_seconds);
+        const PhaseTimer timer(summary.analysis_seconds);
         report(options.progress, "ordering", 0.0);
         pencil_.emplace(problem, options.factor);
         if (!options.on_plan) return;
@@ -100,7 +86,7 @@ class Bands {
 
   private:
     SpectrumEnd inertia_at(double shift) {
-        const Stopwatch watch(summary_.factor_seconds);
+        const PhaseTimer timer(summary_.factor_seconds);
         pencil_->factor(shift);
         report(options_.progress, "eigenpairs", -1.0);
         return {shift, pencil_->eigenvalues_below()};
@@ -243,7 +229,7 @@ class Bands {
         Index next_look = std::max<Index>(missing + 4 * size, 6 * size);
         for (bool more = true; more;) {
             {
-                const Stopwatch watch(summary_.solve_seconds);
+                const PhaseTimer timer(summary_.solve_seconds);
                 more = lanczos.extend();
             }
             report(options_.progress, "eigenpairs", -1.0);

@@ -54,8 +54,8 @@ void add_filter(CLI::App& program, Run& run) {
             LimitedFilterOptions limited;
             limited.cutoff = parse_frequency(options->cutoff, units);
             limited.mean_edge = units.mean_edge;
-            limited.spectrum =
-                spectrum_options(run, options->spectrum, std::filesystem::temp_directory_path());
+            limited.spectrum = spectrum_options(run, options->spectrum, mesh, made.laplacian,
+                                                std::filesystem::temp_directory_path());
             Block unknowns(made.problem.rows(), field.cols());
             const auto vertex = [&](Index i) {
                 return made.laplacian.order().user(made.problem.vertices()[static_cast<std::size_t>(i)]);

@@ -51,8 +51,9 @@ void add_harmonics(CLI::App& program, Run& run) {
                              "give a positive count with -k N, or a frequency with --cutoff W");
         }
         const Mesh mesh = run.load_mesh();
-        SpectrumOptions spectral = spectrum_options(run, options->spectrum, options->folder);
         const SpectralProblem made = spectral_problem(run, mesh, options->op);
+        SpectrumOptions spectral =
+            spectrum_options(run, options->spectrum, mesh, made.laplacian, options->folder);
         spectral.count = options->count;
         if (!options->cutoff.empty()) {
             spectral.cutoff = parse_frequency(options->cutoff, {.mean_edge = run.mesh_report().mean_edge});

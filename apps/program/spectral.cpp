@@ -68,8 +68,8 @@ SpectralProblem spectral_problem(Run& run, const Mesh& mesh, const OperatorOptio
 }
 
 void add_spectrum_options(CLI::App& command, SpectrumCommandOptions& options) {
-    command.add_option("--method", options.method, "auto, bands or full (default: auto)")
-        ->check(CLI::IsMember({"auto", "bands", "full"}))
+    command.add_option("--method", options.method, "auto, bands, full or hierarchical (default: auto)")
+        ->check(CLI::IsMember({"auto", "bands", "full", "hierarchical"}))
         ->option_text("NAME");
     command.add_option("--tolerance", options.tolerance, "the largest residual of a pair (default: 1e-8)")
         ->option_text("X");
@@ -104,8 +104,8 @@ double parse_bytes(const std::string& option, const std::string& text) {
 
 }  // namespace
 
-SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& options,
-                                 const std::filesystem::path& scratch) {
+SpectrumOptions spectrum_options(Run& run, const SpectrumCommandOptions& options, const Mesh& mesh,
+                                 const Laplacian& laplacian, const std::filesystem::path& scratch) {
     SpectrumOptions spectrum;
     if (options.method == "bands") spectrum.method = SpectrumMethod::bands;
     if (options.method == "full") spectrum.method = SpectrumMethod::full;
@@ -114,6 +114,14 @@ SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& o
     if (!options.memory.empty()) spectrum.factor.memory_limit = parse_bytes("--memory", options.memory);
     spectrum.factor.scratch = scratch;
     spectrum.progress = run.progress();
+    if (options.method == "hierarchical") {
+        spectrum.method = SpectrumMethod::hierarchical;
+        spectrum.hierarchy = run.timed("build", [&] {
+            return std::make_shared<const Hierarchy>(laplacian.graph(),
+                                                     laplacian.order().to_working(mesh).points(),
+                                                     HierarchyOptions{.progress = run.progress()});
+        });
+    }
     return spectrum;
 }
 

@@ -30,9 +30,9 @@ struct SpectrumCommandOptions {
 };
 /// Declares --method, --tolerance, --memory and --band.
 void add_spectrum_options(CLI::App& command, SpectrumCommandOptions& options);
-/// `scratch`: where a factor that does not fit lies.
-SpectrumOptions spectrum_options(const Run& run, const SpectrumCommandOptions& options,
-                                 const std::filesystem::path& scratch);
+/// For a spectrum of the mesh's Laplacian. `scratch`: where a factor that does not fit lies.
+SpectrumOptions spectrum_options(Run& run, const SpectrumCommandOptions& options, const Mesh& mesh,
+                                 const Laplacian& laplacian, const std::filesystem::path& scratch);
 
 void record(Run& run, const SpectrumSummary& summary);
 
