@@ -42,42 +42,36 @@ BlockLanczos::BlockLanczos(const Eigenproblem& problem, const ShiftInvert& penci
     double* const start = space_.panel(blocks_);
     std::generate_n(start, static_cast<std::size_t>(problem.rows()) * panel_width,
                     [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
-    out_ = orthonormalize(start, 0.0, nullptr);
+    out_ = orthonormalize(start, nullptr);
 }
 
-void BlockLanczos::multiply_mass(const double* x, double* y) const {
-    const Index n = problem_.rows();
-    const Eigen::Map<const BlockOf<double>> from(x, n, panel_width);
-    Eigen::Map<BlockOf<double>> to(y, n, panel_width);
-    if (problem_.lumped()) {
-        to.noalias() = problem_.lumped_mass().asDiagonal() * from;
-    } else {
-        to.noalias() = problem_.consistent_mass() * from;
-    }
+PanelProduct BlockLanczos::multiply_mass(const double* x, double* y) const {
+    if (problem_.lumped()) return weigh(problem_.lumped_mass(), x, y);
+    const Eigen::Map<const Block> from(x, problem_.rows(), panel_width);
+    Eigen::Map<Block> to(y, problem_.rows(), panel_width);
+    to.noalias() = problem_.consistent_mass() * from;
+    return from.transpose() * to;
 }
 
 // W becomes Q of W = (space) C + Q R with Q M-orthonormal and M-orthogonal to locked vectors and space; returns R, and
-// in `last` the part of C of the last block. Directions of W outside the space that are rounding against `reference` (an
-// M-norm; 0: against the largest) become zero columns of Q. A second projection is computed in the sweep that
+// in `last` the part of C of the last block. Directions of W outside the space that are rounding against W become zero
+// columns of Q. A second projection is computed in the sweep that
 // subtracts the first, so that a further sweep is only made where it is needed.
-PanelProduct BlockLanczos::orthonormalize(double* W, double reference, PanelProduct* last) {
+PanelProduct BlockLanczos::orthonormalize(double* W, PanelProduct* last) {
     const Index n = problem_.rows();
     const double* const mass = problem_.lumped() ? problem_.lumped_mass().data() : nullptr;
     double* const MW = space_.panel(space_.count() - 1);
     PanelProduct C;
     PanelProduct again;
     PanelProduct gram;
-    multiply_mass(W, MW);
+    const double reference = multiply_mass(W, MW).diagonal().maxCoeff();
     project(space_, blocks_, MW, C);
     if (last != nullptr) *last = C.bottomRows(panel_width);
     const auto remove = [&] {
         subtract(space_, blocks_, C, W, mass, &again, &gram);
         if (mass != nullptr) return;
-        multiply_mass(W, MW);
+        gram = multiply_mass(W, MW);
         project(space_, blocks_, MW, again);
-        const Eigen::Map<const BlockOf<double>> w(W, n, panel_width);
-        const Eigen::Map<const BlockOf<double>> mw(MW, n, panel_width);
-        gram = w.transpose() * mw;
     };
     remove();
     PanelProduct R = PanelProduct::Identity(panel_width, panel_width);
@@ -85,7 +79,7 @@ PanelProduct BlockLanczos::orthonormalize(double* W, double reference, PanelProd
         const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(gram);
         const auto& values = eigen.eigenvalues();
         const double largest = values[panel_width - 1];
-        if (round == 0 && !(largest > 1e-26 * reference * reference)) {
+        if (round == 0 && !(largest > 1e-26 * reference)) {
             invariant_ = true;
             return PanelProduct::Zero(panel_width, panel_width);
         }
@@ -119,22 +113,14 @@ bool BlockLanczos::extend() {
     const Index at = dimension();
     double* const W = space_.panel(blocks_ + 1);
     multiply_mass(space_.panel(blocks_), W);
-    Columns columns(n, panel_width);
-    space_.get(blocks_ + 1, columns);
-    pencil_.solve(columns);
-    space_.set(blocks_ + 1, columns);
+    pencil_.solve(Eigen::Map<Block>(W, n, panel_width));
     if (at > 0) {
         projected_.block(at, at - panel_width, panel_width, panel_width) = out_;
         projected_.block(at - panel_width, at, panel_width, panel_width) = out_.transpose();
     }
-    double* const MW = space_.panel(space_.count() - 1);
-    multiply_mass(W, MW);
-    const Eigen::Map<const BlockOf<double>> w(W, n, panel_width);
-    const Eigen::Map<const BlockOf<double>> mw(MW, n, panel_width);
-    const double reference = std::sqrt(w.cwiseProduct(mw).colwise().sum().maxCoeff());
     ++blocks_;
     PanelProduct diagonal;
-    out_ = orthonormalize(W, reference, &diagonal);
+    out_ = orthonormalize(W, &diagonal);
     projected_.block(at, at, panel_width, panel_width) = 0.5 * (diagonal + diagonal.transpose());
     return true;
 }

@@ -54,8 +54,8 @@ class BlockLanczos {
     [[nodiscard]] std::size_t memory_bytes() const { return space_.memory_bytes(); }
 
   private:
-    void multiply_mass(const double* x, double* y) const;
-    PanelProduct orthonormalize(double* W, double reference, PanelProduct* last);
+    PanelProduct multiply_mass(const double* x, double* y) const;  // y = M x, returns x^T M x
+    PanelProduct orthonormalize(double* W, PanelProduct* last);
 
     const Eigenproblem& problem_;
     const ShiftInvert& pencil_;

@@ -132,7 +132,9 @@ Size chunks(Size rows) {
 
 }  // namespace
 
-Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
+namespace {
+
+Columns products(const TallColumns& X, const double* weights, const TallColumns& Y) {
     const Size a = X.cols();
     const Size b = Y.cols();
     const Size rows = X.rows();
@@ -145,16 +147,32 @@ Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
     for (Size run = 0; run < runs; ++run) {
         Columns& sum = partial[static_cast<std::size_t>(run)];
         sum = Columns::Zero(a, b);
+        Columns weighted;
         const Size end = chunks(rows) * (run + 1) / runs;
         for (Size c = chunks(rows) * run / runs; c < end; ++c) {
             const Size first = c * chunk;
-            transposed_chunk(std::min(chunk, rows - first), {X.data() + first, X.outerStride()}, a,
-                             {Y.data() + first, Y.outerStride()}, b, sum.data());
+            const Size size = std::min(chunk, rows - first);
+            Tall right{Y.data() + first, Y.outerStride()};
+            if (weights != nullptr) {
+                weighted =
+                    Eigen::Map<const Vector>(weights + first, size).asDiagonal() * Y.middleRows(first, size);
+                right = {weighted.data(), weighted.outerStride()};
+            }
+            transposed_chunk(size, {X.data() + first, X.outerStride()}, a, right, b, sum.data());
         }
     }
     for (const Columns& sum : partial)
         total += sum;
     return total;
+}
+
+}  // namespace
+
+Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
+    return products(X, nullptr, Y);
+}
+Columns transposed_product(const TallColumns& X, const Vector& weights, const TallColumns& Y) {
+    return products(X, weights.data(), Y);
 }
 
 void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Columns>& C,
@@ -166,6 +184,22 @@ void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Colu
         add_chunk(std::min(chunk, rows - first), scale, {X.data() + first, X.outerStride()}, X.cols(),
                   C.data(), C.outerStride(), Y.data() + first, Y.outerStride(), Y.cols());
     }
+}
+
+void transform(Columns& X, const Columns& C) {
+    const Size rows = X.rows();
+    const Size a = X.cols();
+    const Size b = C.cols();
+#pragma omp parallel for schedule(static) if (rows * a * b > 100000)
+    for (Size c = 0; c < chunks(rows); ++c) {
+        const Size first = c * chunk;
+        const Size size = std::min(chunk, rows - first);
+        const Columns before = X.middleRows(first, size);
+        X.block(first, 0, size, b).setZero();
+        add_chunk(size, 1.0, {before.data(), before.outerStride()}, a, C.data(), C.outerStride(),
+                  X.data() + first, X.outerStride(), b);
+    }
+    if (b < a) X.conservativeResize(Eigen::NoChange, b);
 }
 
 SymmetricEigen symmetric_eigen(Columns A) {

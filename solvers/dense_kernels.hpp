@@ -16,10 +16,15 @@ using TallColumns = Eigen::Ref<const Columns, 0, Eigen::OuterStride<>>;
 
 /// X^T Y: X is n x a, Y is n x b.
 Columns transposed_product(const TallColumns& X, const TallColumns& Y);
+/// X^T diag(weights) Y, without room for a weighted Y.
+Columns transposed_product(const TallColumns& X, const Vector& weights, const TallColumns& Y);
 
 /// Y += scale X C: X is n x a, C is a x b, Y is n x b.
 void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Columns>& C,
                  Eigen::Ref<Columns, 0, Eigen::OuterStride<>> Y);
+
+/// X <- X C, without a second X: X is n x a, C is a x b with b <= a.
+void transform(Columns& X, const Columns& C);
 
 /// A = V diag(values) V^T of a symmetric A, values ascending; the columns of `vectors` are V.
 struct SymmetricEigen {

@@ -74,9 +74,7 @@ struct Runs {
 
 }  // namespace
 
-Panels::Panels(Index rows, Index count)
-    // NOLINTNEXTLINE(modernize-avoid-c-arrays)
-    : rows_(rows), count_(count), values_(new double[offset(count)]) {}
+Panels::Panels(Index rows, Index count) : rows_(rows), count_(count), values_(offset(count)) {}
 
 void Panels::set(Index i, const Eigen::Ref<const Columns>& columns) {
     Eigen::Map<BlockOf<double>> target(panel(i), rows_, panel_width);
@@ -84,8 +82,25 @@ void Panels::set(Index i, const Eigen::Ref<const Columns>& columns) {
     target.rightCols(panel_width - columns.cols()).setZero();
 }
 
-void Panels::get(Index i, Eigen::Ref<Columns> columns) const {
-    columns = Eigen::Map<const BlockOf<double>>(panel(i), rows_, panel_width);
+PanelProduct weigh(const Vector& mass, const double* x, double* y) {
+    const Size rows = mass.size();
+    const Runs runs(rows);
+    std::vector<PanelProduct> partial(static_cast<std::size_t>(runs.count));
+#pragma omp parallel for schedule(dynamic, 1) if (rows > 10000)
+    for (Size run = 0; run < runs.count; ++run) {
+        PanelProduct& sum = partial[static_cast<std::size_t>(run)];
+        sum = PanelProduct::Zero(panel_width, panel_width);
+        for (Size c = runs.begin(run); c < runs.begin(run + 1); ++c) {
+            const Size first = c * chunk;
+            const Size size = std::min(chunk, rows - first);
+            scale_rows(size, mass.data() + first, x + 8 * first, y + 8 * first);
+            project_rows(size, x + 8 * first, y + 8 * first, sum.data());
+        }
+    }
+    PanelProduct total = PanelProduct::Zero(panel_width, panel_width);
+    for (const PanelProduct& sum : partial)
+        total += sum;
+    return total;
 }
 
 void project(const Panels& V, Index count, const double* W, PanelProduct& C) {

@@ -6,9 +6,8 @@
 //     subtract(V, 0, 12, C, W, mass, &again, &gram);       // W -= V C, and in the same sweep V^T M W and W^T M W
 #pragma once
 
-#include <memory>
-
 #include "beltrami/solvers/eigenproblem.hpp"
+#include "beltrami/solvers/large_array.hpp"
 
 namespace beltrami {
 
@@ -24,13 +23,12 @@ class Panels {
     [[nodiscard]] Index rows() const { return rows_; }
     [[nodiscard]] Index count() const { return count_; }
     /// rows x 8, row-major.
-    [[nodiscard]] double* panel(Index i) { return values_.get() + offset(i); }
-    [[nodiscard]] const double* panel(Index i) const { return values_.get() + offset(i); }
-    [[nodiscard]] std::size_t memory_bytes() const { return sizeof(double) * offset(count_); }
+    [[nodiscard]] double* panel(Index i) { return values_.data() + offset(i); }
+    [[nodiscard]] const double* panel(Index i) const { return values_.data() + offset(i); }
+    [[nodiscard]] std::size_t memory_bytes() const { return values_.bytes(); }
 
-    /// Panel i from columns (rows x at most 8; the rest becomes zero), and back (rows x 8).
+    /// Panel i from columns (rows x at most 8; the rest becomes zero).
     void set(Index i, const Eigen::Ref<const Columns>& columns);
-    void get(Index i, Eigen::Ref<Columns> columns) const;
 
   private:
     [[nodiscard]] std::size_t offset(Index i) const {
@@ -38,8 +36,11 @@ class Panels {
     }
     Index rows_;
     Index count_;
-    std::unique_ptr<double[]> values_;  // NOLINT(modernize-avoid-c-arrays): not to be set to zero
+    LargeArray values_;
 };
+
+/// y = M x of panels x and y (rows x 8), M diagonal; returns x^T M x.
+PanelProduct weigh(const Vector& mass, const double* x, double* y);
 
 /// C = V^T W for panels 0 to count - 1 of V and a panel W (rows x 8).
 void project(const Panels& V, Index count, const double* W, PanelProduct& C);

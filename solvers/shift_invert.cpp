@@ -54,6 +54,13 @@ void ShiftInvert::solve(Columns& columns) const {
     }
 }
 
+void ShiftInvert::solve(Eigen::Ref<Block> block) const {
+    if (!pivoted_now_) return supernodal_->solve(block);
+    Columns columns = block;
+    pivoted_->solve(columns);
+    block = columns;
+}
+
 int ShiftInvert::factorizations() const {
     return (supernodal_ ? supernodal_->factorizations() : 0) + (pivoted_ ? pivoted_->factorizations() : 0);
 }

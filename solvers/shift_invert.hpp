@@ -46,6 +46,8 @@ class ShiftInvert {
     /// columns <- (K - shift M)^-1 columns, rows() x k, all k together. One thread at a time. Throws InputError for
     /// another number of rows and where there is no factor.
     void solve(Columns& columns) const;
+    /// The same for columns whose values of a row lie together, which is faster.
+    void solve(Eigen::Ref<Block> block) const;
 
     [[nodiscard]] int factorizations() const;
     [[nodiscard]] long solved_columns() const;

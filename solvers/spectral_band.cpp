@@ -1,31 +1,97 @@
 #include "beltrami/solvers/spectral_band.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
 #include "beltrami/solvers/dense_kernels.hpp"
+#include "beltrami/solvers/panels.hpp"
+#include "beltrami/solvers/vectorized.hpp"
 
 namespace beltrami {
+
+namespace {
+
+using Size = std::ptrdiff_t;
+using RowMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
+// Row r of A X; X has eight columns, row-major.
+__attribute__((always_inline)) inline Lanes row_of_product(const RowMatrix& A, Size r, const double* X) {
+    Lanes sum{};
+    for (Size e = A.outerIndexPtr()[r]; e < A.outerIndexPtr()[r + 1]; ++e)
+        sum.v += A.valuePtr()[e] * lanes_at(X + 8 * static_cast<Size>(A.innerIndexPtr()[e])).v;
+    return sum;
+}
+
+// Sums of the squares of K X - M X diag(values) (squares[0 ... 7]) and of M X (squares[8 ... 15]) over some rows.
+BELTRAMI_VECTORIZED void add_squares(const RowMatrix& K, const double* lumped, const RowMatrix& M, Size begin,
+                                     Size end, const double* X, const double* values, double* squares) {
+    Lanes residual{};
+    Lanes scale{};
+    const Lanes lambda = lanes_at(values);
+    for (Size r = begin; r < end; ++r) {
+        const Lanes Kx = row_of_product(K, r, X);
+        const Lanes Mx =
+            lumped != nullptr ? Lanes{lumped[r] * lanes_at(X + 8 * r).v} : row_of_product(M, r, X);
+        const Lanes difference{Kx.v - lambda.v * Mx.v};
+        residual.v += difference.v * difference.v;
+        scale.v += Mx.v * Mx.v;
+    }
+    lanes_at(squares).v = residual.v;
+    lanes_at(squares + 8).v = scale.v;
+}
+
+}  // namespace
 
 Vector residuals(const Eigenproblem& problem, const Vector& values, const Columns& vectors,
                  double zero_scale) {
     Vector relative(values.size());
-    Columns Kh;
-    Columns Mh;
-    // A few at once: a band is large.
-    constexpr Eigen::Index group = 16;
-    for (Eigen::Index first = 0; first < relative.size(); first += group) {
-        const Eigen::Index count = std::min(group, relative.size() - first);
-        problem.apply_stiffness(vectors.middleCols(first, count), Kh);
-        problem.apply_mass(vectors.middleCols(first, count), Mh);
+    const Size rows = problem.rows();
+    const double* const lumped = problem.lumped() ? problem.lumped_mass().data() : nullptr;
+    LargeArray X(static_cast<std::size_t>(rows) * panel_width);
+    Eigen::Map<Block> panel(X.data(), rows, panel_width);
+    // The sums do not depend on the number of threads.
+    constexpr Size runs = 16;
+    for (Eigen::Index first = 0; first < relative.size(); first += panel_width) {
+        const Eigen::Index count = std::min<Eigen::Index>(panel_width, relative.size() - first);
+        std::array<double, panel_width> lambda{};
+        std::copy_n(values.data() + first, count, lambda.data());
+        std::array<std::array<double, 2 * panel_width>, runs> squares{};
+#pragma omp parallel
+        {
+#pragma omp for schedule(static)
+            for (Size run = 0; run < runs; ++run) {
+                const Size begin = rows * run / runs;
+                const Size size = rows * (run + 1) / runs - begin;
+                panel.block(begin, 0, size, count) = vectors.block(begin, first, size, count);
+                panel.block(begin, count, size, panel_width - count).setZero();
+            }
+#pragma omp for schedule(static)
+            for (Size run = 0; run < runs; ++run) {
+                add_squares(problem.stiffness(), lumped, problem.consistent_mass(), rows * run / runs,
+                            rows * (run + 1) / runs, X.data(), lambda.data(), squares[run].data());
+            }
+        }
         for (Eigen::Index i = 0; i < count; ++i) {
-            const double value = values[first + i];
-            const double scale = std::max(std::abs(value), zero_scale) * Mh.col(i).norm();
-            relative[first + i] = (Kh.col(i) - value * Mh.col(i)).norm() / scale;
+            double residual = 0.0;
+            double scale = 0.0;
+            for (const auto& part : squares) {
+                residual += part[static_cast<std::size_t>(i)];
+                scale += part[static_cast<std::size_t>(panel_width + i)];
+            }
+            relative[first + i] =
+                std::sqrt(residual) / (std::max(std::abs(values[first + i]), zero_scale) * std::sqrt(scale));
         }
     }
     return relative;
+}
+
+Columns mass_product(const Eigenproblem& problem, const Columns& X, const Columns& Y) {
+    if (problem.lumped()) return transposed_product(X, problem.lumped_mass(), Y);
+    Columns MY;
+    problem.apply_mass(Y, MY);
+    return transposed_product(X, MY);
 }
 
 SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const SpectrumEnd& lower,
@@ -41,19 +107,12 @@ SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const Spec
     certificate.found = count;
     certificate.kept = count;
 
-    Columns Mh;
-    problem.apply_mass(band.vectors, Mh);
-    add_product(-1.0, before, transposed_product(before, Mh), band.vectors);
+    Columns& H = band.vectors;
+    add_product(-1.0, before, mass_product(problem, before, H), H);
     // One Newton step towards H (H^T M H)^(-1/2), the orthonormal set nearest to H.
-    problem.apply_mass(band.vectors, Mh);
-    Columns H = Columns::Zero(band.vectors.rows(), count);
-    add_product(1.0, band.vectors,
-                1.5 * Columns::Identity(count, count) - 0.5 * transposed_product(band.vectors, Mh), H);
-    band.vectors = std::move(H);
-
-    problem.apply_mass(band.vectors, Mh);
-    const Columns gram = transposed_product(band.vectors, Mh) - Columns::Identity(count, count);
-    const Columns across = transposed_product(before, Mh);
+    transform(H, 1.5 * Columns::Identity(count, count) - 0.5 * mass_product(problem, H, H));
+    const Columns gram = mass_product(problem, H, H) - Columns::Identity(count, count);
+    const Columns across = mass_product(problem, before, H);
     const auto largest = [](const Columns& A) { return A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0; };
     certificate.max_orthogonality_error = std::max(largest(gram), largest(across));
 

@@ -15,6 +15,9 @@ struct Eigenpairs {
 Vector residuals(const Eigenproblem& problem, const Vector& values, const Columns& vectors,
                  double zero_scale);
 
+/// X^T M Y.
+Columns mass_product(const Eigenproblem& problem, const Columns& X, const Columns& Y);
+
 /// Makes the vectors M-orthonormal among each other and to those of the band before it (rows x any; may be empty), and
 /// measures residuals and orthogonality. `zero_scale`: what residuals of zero modes are taken relative to.
 SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const SpectrumEnd& lower,

@@ -9,6 +9,7 @@
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/stopwatch.hpp"
 #include "beltrami/solvers/dense_kernels.hpp"
+#include "beltrami/solvers/spectral_band.hpp"
 #include "beltrami/solvers/spectrum_bands.hpp"
 #include "beltrami/solvers/spectrum_full.hpp"
 #include "beltrami/solvers/spectrum_hierarchical.hpp"
@@ -83,10 +84,8 @@ SpectrumSummary spectrum(const Eigenproblem& problem, const SpectrumOptions& opt
     Columns sketch = Columns::Zero(problem.rows(), sums);
     std::mt19937 engine(7);
     const BandSink counting = [&](const SpectralBand& band) {
-        Columns product;
-        problem.apply_mass(sketch, product);
-        const Vector across =
-            transposed_product(band.vectors, product).rowwise().norm() / std::sqrt(static_cast<double>(sums));
+        const Vector across = mass_product(problem, band.vectors, sketch).rowwise().norm() /
+                              std::sqrt(static_cast<double>(sums));
         if (across.size() > 0)
             summary.max_orthogonality_error = std::max(summary.max_orthogonality_error, across.maxCoeff());
         add_product(

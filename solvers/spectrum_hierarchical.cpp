@@ -96,31 +96,17 @@ std::vector<Coarse> coarse_levels(const Eigenproblem& problem, const Hierarchy& 
     return levels;
 }
 
-/// X^T A X, A = K or M.
-using Form = void (Eigenproblem::*)(const Eigen::Ref<const Columns>&, Columns&) const;
-Columns gram_matrix(const Eigenproblem& problem, Form apply, const Columns& X) {
+/// X^T K X.
+Columns stiffness_product(const Eigenproblem& problem, const Columns& X) {
     const auto size = static_cast<Index>(X.cols());
     Columns upper(size, size);
     Columns product;
     for (Index first = 0; first < size; first += together) {
         const Index count = std::min(together, size - first);
-        (problem.*apply)(X.middleCols(first, count), product);
+        problem.apply_stiffness(X.middleCols(first, count), product);
         upper.block(0, first, first + count, count) = transposed_product(X.leftCols(first + count), product);
     }
     return upper.selfadjointView<Eigen::Upper>();
-}
-
-/// X <- X C without a second X.
-void transform(Columns& X, const Columns& C) {
-    constexpr Eigen::Index chunk = 4096;
-    for (Eigen::Index first = 0; first < X.rows(); first += chunk) {
-        const Eigen::Index rows = std::min(chunk, X.rows() - first);
-        const Columns before = X.middleRows(first, rows);
-        Columns after = Columns::Zero(rows, C.cols());
-        add_product(1.0, before, C, after);
-        X.middleRows(first, rows).leftCols(C.cols()) = after;
-    }
-    if (C.cols() < X.cols()) X.conservativeResize(Eigen::NoChange, C.cols());
 }
 
 /// Z with Z^T B Z = I, of as many columns as B has directions that are not rounding.
@@ -171,12 +157,12 @@ class RitzSpace {
     /// Becomes what W spans.
     void start(Columns W) {
         remove_constants(W);
-        InverseRoot root = inverse_root(gram_matrix(problem_, &Eigenproblem::apply_mass, W));
+        InverseRoot root = inverse_root(mass_product(problem_, W, W));
         if (root.least < ill_conditioned) {
             transform(W, root.Z);
-            root = inverse_root(gram_matrix(problem_, &Eigenproblem::apply_mass, W));
+            root = inverse_root(mass_product(problem_, W, W));
         }
-        const Columns A = gram_matrix(problem_, &Eigenproblem::apply_stiffness, W);
+        const Columns A = stiffness_product(problem_, W);
         eigen_ = symmetric_eigen(root.Z.transpose() * A * root.Z);
         transform(W, root.Z * eigen_.vectors);
         orthogonality_error_ = 0.0;
@@ -280,7 +266,7 @@ class RitzSpace {
             remove(problem_.constants());
             for (const Columns& V : blocks_)
                 remove(V);
-            Columns B = gram_matrix(problem_, &Eigenproblem::apply_mass, W);
+            Columns B = mass_product(problem_, W, W);
             // What is as small as rounding at first, or vanishes after it had been enlarged.
             const double least = round == 0 ? 1e-24 : 1e-2;
             std::vector<Index> outside;

@@ -340,8 +340,14 @@ double BasisWriter::disk_bytes(Index pairs) const {
 
 void BasisWriter::add(const SpectralBand& band) {
     Block functions = Block::Zero(band.vectors.cols(), laplacian_.vertex_count());
+    std::vector<Index> place(static_cast<std::size_t>(problem_.rows()));
     for (Index i = 0; i < problem_.rows(); ++i)
-        functions.col(user_vertex(i)) = band.vectors.row(i).transpose();
+        place[static_cast<std::size_t>(i)] = user_vertex(i);
+#pragma omp parallel for schedule(dynamic, 1)
+    for (Eigen::Index k = 0; k < functions.rows(); ++k) {
+        for (Index i = 0; i < problem_.rows(); ++i)
+            functions(k, place[static_cast<std::size_t>(i)]) = band.vectors(i, k);
+    }
     if (options_.plain_product) functions.rowwise().normalize();
     write_npy(band_file(folder_, certificates_.size()), functions, options_.type);
     eigenvalues_.insert(eigenvalues_.end(), band.values.begin(), band.values.end());

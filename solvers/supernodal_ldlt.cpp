@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <omp.h>
 #ifdef __linux__
-#include <sys/mman.h>
 #endif
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include <vector>
 
 #include "beltrami/framework/error.hpp"
+#include "beltrami/solvers/large_array.hpp"
 #include "beltrami/solvers/supernodal_kernels.hpp"
 
 namespace beltrami {
@@ -37,42 +37,6 @@ constexpr double worth_sharing = 1e6;
 constexpr Index most_columns = 32;
 // Unknowns whose values fit in a core's cache while a sweep passes through them.
 constexpr Index piece_rows = 2048;
-
-struct Freed {
-    std::size_t alignment = 64;
-    void operator()(double* p) const { ::operator delete(p, std::align_val_t(alignment)); }
-};
-
-// Numbers that begin on a cache line and, where there are many, lie on large pages. Not set.
-class Numbers {
-  public:
-    Numbers() = default;
-    explicit Numbers(std::size_t size) : size_(size) {
-        if (size == 0) return;
-        // Large pages hold nothing else.
-        const std::size_t alignment = bytes() < large_page ? 64 : large_page;
-        data_ = Pointer(static_cast<double*>(::operator new(bytes(), std::align_val_t(alignment))),
-                        Freed{alignment});
-#ifdef __linux__
-        if (alignment == large_page) madvise(data_.get(), bytes() / large_page * large_page, MADV_HUGEPAGE);
-#endif
-    }
-    [[nodiscard]] double* data() const {
-        return data_.get();
-    }
-    [[nodiscard]] std::size_t size() const {
-        return size_;
-    }
-    [[nodiscard]] std::size_t bytes() const {
-        return size_ * sizeof(double);
-    }
-
-  private:
-    static constexpr std::size_t large_page = std::size_t{1} << 21;
-    using Pointer = std::unique_ptr<double, Freed>;
-    Pointer data_;
-    std::size_t size_ = 0;
-};
 
 template <class T>
 std::size_t bytes_of(const std::vector<T>& v) {
@@ -240,7 +204,7 @@ struct SupernodalLdlt::Factor {
     std::vector<double> mass;
 
     const supernodal::Kernels* kernels = nullptr;
-    Numbers values;
+    LargeArray values;
     double nonzeros = 0.0;
     double flops = 0.0;
     std::size_t working = 0;
@@ -251,11 +215,11 @@ struct SupernodalLdlt::Factor {
     double backward_error = 0.0;
     int factorizations = 0;
     mutable long solved = 0;
-    mutable Numbers work;
+    mutable LargeArray work;
 
     struct Room {
-        Numbers panel;
-        std::array<Numbers, 2> stacks;
+        LargeArray panel;
+        std::array<LargeArray, 2> stacks;
         std::array<std::size_t, 2> used{};
     };
 
@@ -268,12 +232,19 @@ struct SupernodalLdlt::Factor {
                      const std::vector<std::vector<Index>>& rows);
     [[nodiscard]] Front front_of(const Node& node, double* panel, double* update) const;
     int eliminate(const Node& node, const Front& front, bool share);
-    int process(std::size_t f, Room& room, std::vector<double*>& updates, std::vector<Numbers>& kept,
+    int process(std::size_t f, Room& room, std::vector<double*>& updates, std::vector<LargeArray>& kept,
                 bool share);
     void factor(double new_shift);
     void measure();
-    void sweep(Columns& columns, Index first, Index count) const;
-    void solve(Columns& columns) const;
+    // Entry (i, c) lies at data[i row_stride + c column_stride].
+    struct RightHandSides {
+        double* data;
+        std::ptrdiff_t row_stride;
+        std::ptrdiff_t column_stride;
+        Index count;
+    };
+    void sweep(const RightHandSides& b) const;
+    void solve(const RightHandSides& b, Eigen::Index size) const;
 };
 
 void SupernodalLdlt::Factor::set_order(const Supernodes& supernodes, std::vector<Index>& order,
@@ -542,7 +513,7 @@ void SupernodalLdlt::Factor::set_groups(const std::vector<Index>& row_of,
         piece.first_panel = nodes[piece.begin].panels;
         piece.last_panel = piece.end < nodes.size() ? nodes[piece.end].panels : panels.size();
     }
-    values = Numbers(values_size);
+    values = LargeArray(values_size);
 }
 
 void SupernodalLdlt::Factor::set_entries(const Eigenproblem& problem, const std::vector<Index>& order,
@@ -642,7 +613,7 @@ int SupernodalLdlt::Factor::eliminate(const Node& node, const Front& front, bool
 }
 
 int SupernodalLdlt::Factor::process(std::size_t f, Room& room, std::vector<double*>& updates,
-                                    std::vector<Numbers>& kept, bool share) {
+                                    std::vector<LargeArray>& kept, bool share) {
     const Node& node = nodes[f];
     const auto parity = static_cast<std::size_t>(node.depth & 1);
     double* update = nullptr;
@@ -650,7 +621,7 @@ int SupernodalLdlt::Factor::process(std::size_t f, Room& room, std::vector<doubl
         update = room.stacks[parity].data() + room.used[parity];
         room.used[parity] += node.update_size();
     } else if (node.below() > 0) {
-        kept[f] = Numbers(node.update_size());
+        kept[f] = LargeArray(node.update_size());
         update = kept[f].data();
     }
     updates[f] = update;
@@ -689,7 +660,7 @@ int SupernodalLdlt::Factor::process(std::size_t f, Room& room, std::vector<doubl
         if (child.stacked) {
             room.used[static_cast<std::size_t>(child.depth & 1)] -= child.update_size();
         } else {
-            kept[at(c)] = Numbers();
+            kept[at(c)] = LargeArray();
         }
     }
     return pivots;
@@ -700,16 +671,16 @@ void SupernodalLdlt::Factor::factor(double new_shift) {
     shift = new_shift;
     negative = 0;
     std::vector<double*> updates(nodes.size(), nullptr);
-    std::vector<Numbers> kept(nodes.size());
+    std::vector<LargeArray> kept(nodes.size());
     std::vector<int> pivots(groups.size(), 0);
     std::atomic<bool> no_memory = false;
     const auto run = [&](std::size_t g) {
         const bool is_top = g + 1 == groups.size();
         const Group& group = groups[g];
         Room room;
-        room.panel = Numbers(group.panel);
+        room.panel = LargeArray(group.panel);
         for (std::size_t parity = 0; parity < 2; ++parity)
-            room.stacks[parity] = Numbers(group.stack[parity]);
+            room.stacks[parity] = LargeArray(group.stack[parity]);
         for (std::size_t f = group.begin; f < group.end && pivots[g] >= 0; ++f) {
             const int more = process(f, room, updates, kept, is_top);
             pivots[g] = more < 0 ? -1 : pivots[g] + more;
@@ -761,7 +732,7 @@ void SupernodalLdlt::Factor::measure() {
     for (Index i = 0; i < n; ++i)
         b(i, 0) = static_cast<double>(static_cast<std::uint32_t>(i + 1) * 2654435761U) / 2147483648.0 - 1.0;
     Columns x = b;
-    sweep(x, 0, 1);
+    sweep({x.data(), 1, n, 1});
     Vector product = Vector::Zero(n);
     Vector sums = Vector::Zero(n);
     for (Index j = 0; j < n; ++j) {
@@ -782,37 +753,47 @@ void SupernodalLdlt::Factor::measure() {
     backward_error = x.allFinite() && product.allFinite() ? residual / scale : INFINITY;
 }
 
-// columns first ... first + count, at most most_columns.
-void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) const {
+// At most most_columns.
+void SupernodalLdlt::Factor::sweep(const RightHandSides& b) const {
+    const Index count = b.count;
     const int width = count <= 4 ? 4 : supernodal::round_up(count, 8);
     const auto needed = array_rows * static_cast<std::size_t>(width);
     if (work.size() < needed) {
-        work = Numbers();
-        work = Numbers(needed);
+        work = LargeArray();
+        work = LargeArray(needed);
     }
     double* x = work.data();
     const auto array = [&](const Group& group) { return x + group.base * static_cast<std::size_t>(width); };
     const auto subtrees = static_cast<int>(groups.size()) - 1;
     const Group& top = groups.back();
-    double* data = columns.data() + static_cast<std::ptrdiff_t>(first) * n;
-    // Columns lie far apart: their lines are fetched some rows ahead, once each.
+    const bool by_rows = b.column_stride == 1;
+    const auto row_of = [&](std::size_t m) { return b.data + moves[m].unknown * b.row_stride; };
+    // Rows or columns lie far apart: their lines are fetched some rows ahead, once each.
     const auto fetch = [&](std::size_t m, const Piece& piece, int begin, int end) {
         constexpr std::size_t ahead = 16;
         if (m + ahead >= piece.last_move) return;
-        const Index unknown = moves[m + ahead].unknown;
-        if (unknown / 8 == moves[m + ahead - 1].unknown / 8) return;
+        if (by_rows) {
+            for (int c = begin; c < end; c += 8)
+                __builtin_prefetch(row_of(m + ahead) + c);
+            return;
+        }
+        if (moves[m + ahead].unknown / 8 == moves[m + ahead - 1].unknown / 8) return;
         for (int c = begin; c < end; ++c)
-            __builtin_prefetch(data + static_cast<std::ptrdiff_t>(c) * n + unknown);
+            __builtin_prefetch(row_of(m + ahead) + c * b.column_stride);
     };
     const auto move_in = [&](double* rows, const Piece& piece, int begin, int end) {
         const int filled = std::min(end, count);
         for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
             fetch(m, piece, begin, filled);
-            const double* from = data + moves[m].unknown;
+            const double* from = row_of(m);
             double* to = rows + static_cast<std::ptrdiff_t>(moves[m].row) * width;
+            if (by_rows) {
+                std::copy(from + begin, from + filled, to + begin);
+            } else {
 #pragma GCC unroll 8
-            for (int c = begin; c < filled; ++c)
-                to[c] = from[static_cast<std::ptrdiff_t>(c) * n];
+                for (int c = begin; c < filled; ++c)
+                    to[c] = from[c * b.column_stride];
+            }
             for (int c = std::max(begin, filled); c < end; ++c)
                 to[c] = 0.0;
         }
@@ -821,11 +802,15 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
         end = std::min(end, count);
         for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
             fetch(m, piece, begin, end);
-            double* to = data + moves[m].unknown;
+            double* to = row_of(m);
             const double* from = rows + static_cast<std::ptrdiff_t>(moves[m].row) * width;
+            if (by_rows) {
+                std::copy(from + begin, from + end, to + begin);
+            } else {
 #pragma GCC unroll 8
-            for (int c = begin; c < end; ++c)
-                to[static_cast<std::ptrdiff_t>(c) * n] = from[c];
+                for (int c = begin; c < end; ++c)
+                    to[c * b.column_stride] = from[c];
+            }
         }
     };
     const auto forward = [&](double* rows, const Piece& piece, int begin, int end) {
@@ -899,20 +884,18 @@ void SupernodalLdlt::Factor::sweep(Columns& columns, Index first, Index count) c
     }
 }
 
-void SupernodalLdlt::Factor::solve(Columns& columns) const {
-    if (!factored || columns.rows() != n) {
-        throw InputError(fmt::format("a factor of {} rows got a right-hand side of {} rows", factored ? n : 0,
-                                     columns.rows()),
-                         "factor first, and give one row an unknown");
+void SupernodalLdlt::Factor::solve(const RightHandSides& b, Eigen::Index size) const {
+    if (!factored || size != n) {
+        throw InputError(
+            fmt::format("a factor of {} rows got a right-hand side of {} rows", factored ? n : 0, size),
+            "factor first, and give one row an unknown");
     }
-    const auto count = static_cast<Index>(columns.cols());
-    const Index parts = (count + most_columns - 1) / most_columns;
-    for (Index part = 0; part < parts; ++part) {
-        // Parts of the same width, but for the last.
-        const Index width = parts == 1 ? count : most_columns;
-        sweep(columns, part * width, std::min(width, count - part * width));
+    // Parts of the same width, but for the last.
+    for (Index first = 0; first < b.count; first += most_columns) {
+        sweep({b.data + first * b.column_stride, b.row_stride, b.column_stride,
+               std::min(most_columns, b.count - first)});
     }
-    solved += count;
+    solved += b.count;
 }
 
 SupernodalLdlt::SupernodalLdlt(const Eigenproblem& problem, const SupernodalLdltOptions& options)
@@ -953,7 +936,10 @@ double SupernodalLdlt::backward_error() const {
     return factor_->backward_error;
 }
 void SupernodalLdlt::solve(Columns& columns) const {
-    factor_->solve(columns);
+    factor_->solve({columns.data(), 1, columns.rows(), static_cast<Index>(columns.cols())}, columns.rows());
+}
+void SupernodalLdlt::solve(Eigen::Ref<Block> block) const {
+    factor_->solve({block.data(), block.outerStride(), 1, static_cast<Index>(block.cols())}, block.rows());
 }
 double SupernodalLdlt::nonzeros() const {
     return factor_->nonzeros;

@@ -53,6 +53,8 @@ class SupernodalLdlt {
     /// columns <- (K - shift M)^-1 columns, rows() x k, k >= 0. One thread of callers at a time, as the room it works in
     /// stays with the object. Throws InputError for another number of rows and where there is no factor.
     void solve(Columns& columns) const;
+    /// The same for columns whose values of a row lie together, which is faster.
+    void solve(Eigen::Ref<Block> block) const;
 
     /// Entries of L below its diagonal and of D, with the zeros of merged supernodes.
     [[nodiscard]] double nonzeros() const;
