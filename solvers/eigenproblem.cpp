@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -138,6 +139,13 @@ void Eigenproblem::set(const Laplacian& laplacian, const EdgeOperator<double>* m
     apply_mass(constants_, product);
     for (Index j = 0; j < columns; ++j)
         constants_.col(j) /= std::sqrt(constants_.col(j).dot(product.col(j)));
+}
+
+std::vector<Index> user_vertices(const Eigenproblem& problem, const Renumbering& order) {
+    std::vector<Index> vertices(problem.vertices().size());
+    std::transform(problem.vertices().begin(), problem.vertices().end(), vertices.begin(),
+                   [&](Index v) { return order.user(v); });
+    return vertices;
 }
 
 RowMatrix Eigenproblem::mass_matrix() const {

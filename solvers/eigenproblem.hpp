@@ -78,4 +78,7 @@ class Eigenproblem {
     Columns constants_;
 };
 
+/// The vertex of each unknown in the user's order, which is laplacian.order().
+std::vector<Index> user_vertices(const Eigenproblem& problem, const Renumbering& order);
+
 }  // namespace beltrami

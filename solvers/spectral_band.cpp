@@ -128,6 +128,12 @@ void keep(SpectralBand& band, Index kept) {
     band.vectors.conservativeResize(Eigen::NoChange, kept);
 }
 
+SpectrumPlan plan_of(const Eigenproblem& problem, const ShiftInvert& pencil, double columns) {
+    const auto factor = static_cast<double>(pencil.memory_bytes());
+    return {factor, static_cast<double>(pencil.disk_bytes()),
+            factor + sizeof(double) * columns * problem.rows() + static_cast<double>(problem.memory_bytes())};
+}
+
 double estimated_eigenvalue(const Eigenproblem& problem, double number) {
     const auto& K = problem.stiffness();
     const Eigen::SparseMatrix<double, Eigen::RowMajor> M = problem.mass_matrix();

@@ -26,6 +26,9 @@ SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const Spec
 /// So many of its lowest pairs.
 void keep(SpectralBand& band, Index kept);
 
+/// What a solver takes that holds so many columns besides the factor.
+SpectrumPlan plan_of(const Eigenproblem& problem, const ShiftInvert& pencil, double columns);
+
 /// Where the eigenvalue of that number lies about, by Weyl's law with the constants of even meshes: to start from.
 double estimated_eigenvalue(const Eigenproblem& problem, double number);
 

@@ -40,10 +40,7 @@ class Bands {
         if (!options.on_plan) return;
         // The space, the pairs that converge in it on both sides of the shift, the band and the one before it.
         const double columns = 3.0 * band_size() + 30.0 * panel_width + 4.0 * band_size();
-        const auto factor = static_cast<double>(pencil_->memory_bytes());
-        options.on_plan({factor, static_cast<double>(pencil_->disk_bytes()),
-                         factor + sizeof(double) * columns * problem.rows() +
-                             static_cast<double>(problem.memory_bytes())});
+        options.on_plan(plan_of(problem, *pencil_, columns));
     }
 
     void run() {

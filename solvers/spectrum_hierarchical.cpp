@@ -36,6 +36,11 @@ constexpr double coarse_tolerance = 1e-2;
 /// Of a Gram matrix with ones on its diagonal: below it one orthonormalization does not suffice.
 constexpr double ill_conditioned = 1e-5;
 
+/// Of a space that keeps so many at a restart.
+Index most_columns(Index kept) {
+    return 3 * kept + 200;
+}
+
 /// Even numbers in [-1, 1], the same on every machine.
 Columns random_columns(Index rows, Index columns, std::uint32_t seed) {
     std::mt19937 engine(seed);
@@ -216,7 +221,7 @@ class RitzSpace {
         std::vector<Index> active(static_cast<std::size_t>(wanted));
         std::iota(active.begin(), active.end(), 0);
         // A space that is nearly all there is has no room for directions that are more than rounding.
-        const auto most = std::min<Index>(3 * kept + 200, 2 * problem_.rows() / 3);
+        const auto most = std::min(most_columns(kept), 2 * problem_.rows() / 3);
         double best = std::numeric_limits<double>::infinity();
         int idle = 0;
         for (int sweep = 0;; ++sweep) {
@@ -359,6 +364,18 @@ class Hierarchical {
         const PhaseTimer timer(summary.analysis_seconds);
         report(options.progress, "ordering", 0.0);
         pencil_.emplace(problem, options.factor);
+        if (!options.on_plan) return;
+        Index pairs = options.count;
+        if (options.count == 0) {
+            // Weyl's law: lambda grows with a power of the number.
+            const double first = estimated_eigenvalue(problem, 1.0);
+            const double power = std::log2(estimated_eigenvalue(problem, 2.0) / first);
+            pairs =
+                static_cast<Index>(std::min(std::pow(options.cutoff * options.cutoff / first, 1.0 / power),
+                                            static_cast<double>(problem.rows())));
+        }
+        // The space at its largest, and the band with what it is made of.
+        options.on_plan(plan_of(problem, *pencil_, most_columns(with_guard(pairs)) + 2 * pairs));
     }
 
     /// None where so many pairs are asked for that another method suits better.

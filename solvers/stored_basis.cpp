@@ -12,6 +12,7 @@
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/write_mesh.hpp"
+#include "beltrami/solvers/band_json.hpp"
 
 namespace beltrami {
 
@@ -51,34 +52,6 @@ std::uint64_t from_hex(const std::string& text) {
     return std::stoull(text, nullptr, 16);
 }
 
-nlohmann::json to_json(const BandCertificate& band) {
-    return {{"lower", band.lower.value},
-            {"upper", band.upper.value},
-            {"inertia_lower", band.lower.below},
-            {"inertia_upper", band.upper.below},
-            {"found", band.found},
-            {"count", band.kept},
-            {"max_residual", band.max_residual},
-            {"max_orthogonality_error", band.max_orthogonality_error},
-            {"shift", band.shift},
-            {"dimension", band.dimension},
-            {"rounds", band.rounds}};
-}
-
-BandCertificate band_from(const nlohmann::json& json) {
-    BandCertificate band;
-    band.lower = {json.at("lower"), json.at("inertia_lower")};
-    band.upper = {json.at("upper"), json.at("inertia_upper")};
-    band.found = json.at("found");
-    band.kept = json.at("count");
-    band.max_residual = json.at("max_residual");
-    band.max_orthogonality_error = json.at("max_orthogonality_error");
-    band.shift = json.at("shift");
-    band.dimension = json.at("dimension");
-    band.rounds = json.at("rounds");
-    return band;
-}
-
 double mean_edge_length(const Mesh& mesh, const Laplacian& laplacian) {
     const EdgeGraph& graph = laplacian.graph();
     double sum = 0.0;
@@ -92,13 +65,12 @@ double mean_edge_length(const Mesh& mesh, const Laplacian& laplacian) {
 }
 
 // The entries of M beside its diagonal, in the user's order: vertex, vertex, value.
-Block mass_edges(const Laplacian& laplacian, const Eigenproblem& problem) {
+// vertices: the user's of each unknown.
+Block mass_edges(const Eigenproblem& problem, const std::vector<Index>& vertices) {
     const auto& M = problem.consistent_mass();
     Block edges((M.nonZeros() - M.rows()) / 2, 3);
     Eigen::Index at = 0;
-    const auto user = [&](Eigen::Index unknown) {
-        return laplacian.order().user(problem.vertices()[static_cast<std::size_t>(unknown)]);
-    };
+    const auto user = [&](Eigen::Index unknown) { return vertices[static_cast<std::size_t>(unknown)]; };
     for (Eigen::Index row = 0; row < M.rows(); ++row) {
         for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(M, row); entry; ++entry) {
             if (entry.col() > row) edges.row(at++) << user(row), user(entry.col()), entry.value();
@@ -156,7 +128,7 @@ StoredBasis::StoredBasis(fs::path folder) : folder_(std::move(folder)) {
         max_orthogonality_error_ = certificate.at("max_orthogonality_error");
         zero_modes_ = certificate.at("zero_modes");
         for (const auto& band : certificate.at("bands"))
-            certificates_.push_back(band_from(band));
+            certificates_.push_back(band.get<BandCertificate>());
     } catch (const nlohmann::json::exception& error) {
         throw damaged(error.what());
     } catch (const std::logic_error&) {
@@ -235,8 +207,8 @@ void StoredBasis::check(const Mesh& mesh) const {
 BasisWriter::BasisWriter(fs::path folder, const Mesh& mesh, const Laplacian& laplacian,
                          const Eigenproblem& problem, BasisOperator of, const BasisWriterOptions& options)
     : folder_(std::move(folder)),
-      laplacian_(laplacian),
       problem_(problem),
+      vertices_(user_vertices(problem, laplacian.order())),
       of_(std::move(of)),
       options_(options),
       fingerprint_(fingerprint(mesh)),
@@ -283,31 +255,26 @@ BasisWriter::BasisWriter(fs::path folder, const Mesh& mesh, const Laplacian& lap
     }
     Vector mass = Vector::Zero(mesh.vertex_count());
     for (Index i = 0; i < problem.rows(); ++i) {
-        mass[user_vertex(i)] = options.plain_product ? 1.0
-                               : problem.lumped()    ? problem.lumped_mass()[i]
-                                                     : problem.consistent_mass().coeff(i, i);
+        mass[vertices_[static_cast<std::size_t>(i)]] = options.plain_product ? 1.0
+                                                       : problem.lumped()
+                                                           ? problem.lumped_mass()[i]
+                                                           : problem.consistent_mass().coeff(i, i);
     }
     write_npy(folder_ / "mass.npy", mass);
-    if (!problem.lumped()) write_npy(folder_ / "mass-edges.npy", mass_edges(laplacian_, problem));
+    if (!problem.lumped()) write_npy(folder_ / "mass-edges.npy", mass_edges(problem, vertices_));
 }
 
 void BasisWriter::set_resume() {
     resume_.reset();
     if (certificates_.empty()) return;
     const Block functions = NpyArray(band_file(folder_, certificates_.size() - 1)).values();
-    Columns before(problem_.rows(), functions.rows());
-    for (Index i = 0; i < problem_.rows(); ++i)
-        before.row(i) = functions.col(user_vertex(i)).transpose();
+    Columns before = functions(Eigen::all, vertices_).transpose();
     Columns weighted;
     problem_.apply_mass(before, weighted);
     // Stored in another norm, or in fewer digits.
     before *= before.cwiseProduct(weighted).colwise().sum().cwiseSqrt().cwiseInverse().asDiagonal();
     resume_ =
         SpectrumResume{certificates_.back(), std::move(before), static_cast<Index>(certificates_.size())};
-}
-
-Index BasisWriter::user_vertex(Index unknown) const {
-    return laplacian_.order().user(problem_.vertices()[static_cast<std::size_t>(unknown)]);
 }
 
 Index BasisWriter::present() const {
@@ -335,18 +302,15 @@ SpectrumOptions BasisWriter::continued(SpectrumOptions options) {
 
 double BasisWriter::disk_bytes(Index pairs) const {
     const double width = options_.type == NpyType::float64 ? 8.0 : 4.0;
-    return width * pairs * laplacian_.vertex_count();
+    return width * pairs * problem_.vertex_count();
 }
 
 void BasisWriter::add(const SpectralBand& band) {
-    Block functions = Block::Zero(band.vectors.cols(), laplacian_.vertex_count());
-    std::vector<Index> place(static_cast<std::size_t>(problem_.rows()));
-    for (Index i = 0; i < problem_.rows(); ++i)
-        place[static_cast<std::size_t>(i)] = user_vertex(i);
+    Block functions = Block::Zero(band.vectors.cols(), problem_.vertex_count());
 #pragma omp parallel for schedule(dynamic, 1)
     for (Eigen::Index k = 0; k < functions.rows(); ++k) {
         for (Index i = 0; i < problem_.rows(); ++i)
-            functions(k, place[static_cast<std::size_t>(i)]) = band.vectors(i, k);
+            functions(k, vertices_[static_cast<std::size_t>(i)]) = band.vectors(i, k);
     }
     if (options_.plain_product) functions.rowwise().normalize();
     write_npy(band_file(folder_, certificates_.size()), functions, options_.type);
@@ -369,7 +333,7 @@ void BasisWriter::write_manifest() const {
     nlohmann::json bands = nlohmann::json::array();
     double residual = 0.0;
     for (const BandCertificate& band : certificates_) {
-        bands.push_back(to_json(band));
+        bands.push_back(band);
         residual = std::max(residual, band.max_residual);
     }
     const double zero = certificates_.empty() ? 0.0 : 1e-9 * certificates_.front().upper.value;
@@ -379,7 +343,7 @@ void BasisWriter::write_manifest() const {
         {"format", format_name},
         {"version", format_version},
         {"mesh",
-         {{"vertices", laplacian_.vertex_count()},
+         {{"vertices", problem_.vertex_count()},
           {"fingerprint", in_hex(fingerprint_)},
           {"mean_edge", mean_edge_}}},
         {"operator", {{"weights", of_.weights}, {"mass", of_.mass}, {"held", in_hex(of_.held)}}},

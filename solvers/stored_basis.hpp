@@ -128,11 +128,10 @@ class BasisWriter {
   private:
     void write_manifest() const;
     void set_resume();
-    [[nodiscard]] Index user_vertex(Index unknown) const;
 
     std::filesystem::path folder_;
-    const Laplacian laplacian_;
     const Eigenproblem& problem_;
+    std::vector<Index> vertices_;  // the user's of each unknown
     BasisOperator of_;
     BasisWriterOptions options_;
     std::uint64_t fingerprint_;

@@ -56,20 +56,15 @@ void add_filter(CLI::App& program, Run& run) {
             limited.mean_edge = units.mean_edge;
             limited.spectrum = spectrum_options(run, options->spectrum, mesh, made.laplacian,
                                                 std::filesystem::temp_directory_path());
-            Block unknowns(made.problem.rows(), field.cols());
-            const auto vertex = [&](Index i) {
-                return made.laplacian.order().user(made.problem.vertices()[static_cast<std::size_t>(i)]);
-            };
-            for (Index i = 0; i < made.problem.rows(); ++i)
-                unknowns.row(i) = field.row(vertex(i));
+            const std::vector<Index> vertices = user_vertices(made.problem, made.laplacian.order());
+            const Block unknowns = field(vertices, Eigen::all);
             const LimitedFilterResult filter = run.timed(
                 "solve", [&] { return limited_memory_filter(made.problem, unknowns, curve, limited); });
             for (const SpectrumSummary& summary : filter.summaries)
                 record(run, summary);
             // Vertices that are isolated or held are in no function: all of their field is the wave packet's.
             result = curve.mean(limited.cutoff, nyquist_frequency(units.mean_edge)) * field;
-            for (Index i = 0; i < made.problem.rows(); ++i)
-                result.row(vertex(i)) = filter.field.row(i);
+            result(vertices, Eigen::all) = filter.field;
             run.result()["pairs"] = filter.pairs;
             run.say("filter", fmt::format("{} pairs were found, used and forgotten", filter.pairs));
         } else {

@@ -23,13 +23,14 @@ void add_harmonics(CLI::App& program, Run& run) {
         std::string folder;
         int count = 0;
         std::string cutoff;
+        std::optional<Index> shown;
         bool resume = false;
         bool single = false;
     };
     auto* const command = program.add_subcommand(
         "harmonics",
         "the manifold harmonics: eigenfunctions of the Laplacian, with a proof that none is missing");
-    run.add_options(*command, {.output = false, .solver = false});
+    run.add_options(*command, {.output = false, .solver = false, .picture = true});
     auto options = std::make_shared<Options>();
     auto* const count =
         command->add_option("-k,--count", options->count, "so many of the lowest")->option_text("N");
@@ -44,11 +45,19 @@ void add_harmonics(CLI::App& program, Run& run) {
     add_spectrum_options(*command, options->spectrum);
     add_operator_options(*command, options->op);
     command->add_flag("--resume", options->resume, "go on with what an earlier run left in the folder");
+    command->add_option("--show", options->shown, "the function in the picture, from 0 (default: the last)")
+        ->option_text("K");
     command->add_flag("--float", options->single, "store functions in 4 bytes a number instead of 8");
     command->callback([&run, options] {
         if (options->count <= 0 && options->cutoff.empty()) {
             throw InputError("it is not said which functions are wanted",
                              "give a positive count with -k N, or a frequency with --cutoff W");
+        }
+        if (options->shown &&
+            (*options->shown < 0 || (options->count > 0 && *options->shown >= options->count))) {
+            throw InputError(
+                fmt::format("--show {} is not one of {} functions", *options->shown, options->count),
+                "functions are counted from 0");
         }
         const Mesh mesh = run.load_mesh();
         const SpectralProblem made = spectral_problem(run, mesh, options->op);
@@ -108,6 +117,10 @@ void add_harmonics(CLI::App& program, Run& run) {
                                        {"max_orthogonality_error", basis.max_orthogonality_error()}};
         run.result()["count"] = basis.count();
         run.wrote(options->folder);
+        if (run.wants_picture() && basis.count() > 0) {
+            const Index shown = options->shown.value_or(basis.count() - 1);
+            run.write(mesh, {{fmt::format("function-{}", shown), basis.function(shown)}});
+        }
         run.finish();
     });
 }

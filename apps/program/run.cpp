@@ -115,6 +115,8 @@ void Run::add_options(CLI::App& command, Wants wants) {
     if (wants.output) {
         command.add_option("-o,--output", output_, "the mesh with its fields: .ply or .vtu")
             ->option_text("OUT");
+    }
+    if (wants.output || wants.picture) {
         command.add_option("--picture", picture_, "a picture of the result")->option_text("FILE.png");
         command
             .add_option("--view", view_.view,

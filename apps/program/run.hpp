@@ -21,8 +21,9 @@ namespace beltrami::program {
 
 /// What a command has besides MESH, --summary, --threads, --quiet and --verbose.
 struct Wants {
-    bool output = true;
-    bool solver = true;
+    bool output = true;    ///< -o with fields, and a picture
+    bool solver = true;    ///< which, and its tolerance
+    bool picture = false;  ///< a picture, where -o is something else or nothing
 };
 
 class Run {

@@ -1,5 +1,7 @@
 #include "spectral.hpp"
 
+#include "beltrami/solvers/band_json.hpp"
+
 #include "text.hpp"
 
 namespace beltrami::program {
@@ -126,19 +128,6 @@ SpectrumOptions spectrum_options(Run& run, const SpectrumCommandOptions& options
 }
 
 void record(Run& run, const SpectrumSummary& summary) {
-    nlohmann::json bands = nlohmann::json::array();
-    for (const BandCertificate& band : summary.bands) {
-        bands.push_back({{"lower", band.lower.value},
-                         {"upper", band.upper.value},
-                         {"inertia_lower", band.lower.below},
-                         {"inertia_upper", band.upper.below},
-                         {"found", band.found},
-                         {"count", band.kept},
-                         {"max_residual", band.max_residual},
-                         {"max_orthogonality_error", band.max_orthogonality_error},
-                         {"dimension", band.dimension},
-                         {"rounds", band.rounds}});
-    }
     run.result()["spectrum"] = {{"method", name(summary.method)},
                                 {"why", summary.why},
                                 {"count", summary.count},
@@ -149,7 +138,7 @@ void record(Run& run, const SpectrumSummary& summary) {
                                  {{"complete", summary.complete},
                                   {"max_residual", summary.max_residual},
                                   {"max_orthogonality_error", summary.max_orthogonality_error},
-                                  {"bands", bands}}},
+                                  {"bands", summary.bands}}},
                                 {"tolerance", summary.tolerance},
                                 {"factorizations", summary.factorizations},
                                 {"solved_columns", summary.solved_columns},

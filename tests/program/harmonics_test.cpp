@@ -14,6 +14,7 @@
 #include "beltrami/beltrami.hpp"
 #include "expect_text.hpp"
 #include "meshes.hpp"
+#include "numerics.hpp"
 #include "process.hpp"
 
 namespace beltrami::testing {
@@ -69,6 +70,50 @@ TEST(ProgramHarmonics, ACutoffMethodsAndBoundaries) {
         ASSERT_EQ(harmonics(scratch / kind, {"-k", "20", "--laplacian", kind}).status, 0) << kind;
         EXPECT_TRUE(StoredBasis(scratch / kind).complete());
     }
+}
+
+TEST(ProgramHarmonics, TheHierarchicalMethod) {
+    const Scratch scratch;
+    const Arguments request = {"-k", "20", "--method", "hierarchical", "--tolerance", "1e-3"};
+    ASSERT_EQ(harmonics(scratch / "h", request + Arguments{"--summary", scratch / "s.json"}).status, 0);
+    EXPECT_EQ(read_json(scratch / "s.json")["result"]["spectrum"]["method"], "hierarchical");
+    ASSERT_EQ(harmonics(scratch / "b", {"-k", "20", "--method", "bands"}).status, 0);
+    const StoredBasis found(scratch / "h");
+    EXPECT_TRUE(found.complete());
+    EXPECT_LT(relative_difference(found.eigenvalues(), StoredBasis(scratch / "b").eigenvalues()), 1e-4);
+    // It cannot start in the middle of a spectrum.
+    expect_refused(scratch,
+                   {"filter", sphere, "--limited-memory", "--filter", "band:4,5", "--method", "hierarchical"},
+                   {"lowest pairs", "bands"});
+}
+
+TEST(ProgramHarmonics, DrawsAFunction) {
+    const Scratch scratch;
+    const std::string picture = scratch / "p.png";
+    ASSERT_EQ(harmonics(scratch / "b",
+                        {"-k", "12", "--picture", picture, "--show", "5", "--summary", scratch / "s.json"})
+                  .status,
+              0);
+    EXPECT_GT(fs::file_size(picture), 1000U);
+    const auto field = read_json(scratch / "s.json")["result"]["fields"]["function-5"];
+    EXPECT_EQ(field["max"][0], StoredBasis(scratch / "b").function(5).maxCoeff());
+    const Outcome refused = harmonics(scratch / "r", {"-k", "12", "--picture", picture, "--show", "12"});
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_TRUE(contains(refused.err, {"--show 12", "12 functions"}));
+    EXPECT_FALSE(fs::exists(scratch / "r"));
+}
+
+TEST(ProgramHarmonics, MemoryDoesNotGrowWithPairs) {
+    const Scratch scratch;
+    const auto peak = [&](const std::string& count) {
+        const Outcome outcome = harmonics(
+            scratch / count, {"-k", count, "--band", "40", "--summary", scratch / "s.json", "--threads", "1"},
+            "shape:bumpy-sphere:10000");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_json(scratch / "s.json")["peak_memory_bytes"].get<double>();
+    };
+    // 480 more functions take 38 MB on disk.
+    EXPECT_LT(peak("600") - peak("120"), 8e6);
 }
 
 TEST(ProgramHarmonics, DirtyMeshesEndWell) {
