@@ -20,6 +20,35 @@ Index space_panels(const Eigenproblem& problem, Index locked, Index capacity) {
     return panels_for(std::max(std::min(capacity, problem.rows() - locked), 1));
 }
 
+// Of a panel W with a Gram matrix: Q = W normalizer is orthonormal, W = Q part.
+struct Directions {
+    double largest = 0.0;  // eigenvalue of the Gram matrix that counts; 0 where none does
+    bool well_conditioned = false;
+    PanelProduct normalizer;
+    PanelProduct part;
+};
+
+// Entries of a Gram matrix are good to 1e-16 of its largest: smaller directions of W show once it is normalized, and
+// become zero columns then.
+Directions directions_of(const PanelProduct& gram, bool normalized) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, panel_width, panel_width>> eigen(gram);
+    const auto& values = eigen.eigenvalues();
+    Directions w;
+    w.largest = values[panel_width - 1];
+    w.well_conditioned = values[0] > 1e-6 * w.largest;
+    Eigen::Matrix<double, panel_width, 1> size;
+    Eigen::Matrix<double, panel_width, 1> inverse;
+    for (Index i = 0; i < panel_width; ++i) {
+        const bool null = normalized && values[i] < 1e-10;
+        size[i] = null ? 0.0 : std::sqrt(normalized ? values[i] : std::max(values[i], 1e-14 * w.largest));
+        inverse[i] = null ? 0.0 : 1.0 / size[i];
+    }
+    if (normalized && w.largest < 1e-10) w.largest = 0.0;
+    w.normalizer = eigen.eigenvectors() * inverse.asDiagonal();
+    w.part = size.asDiagonal() * eigen.eigenvectors().transpose();
+    return w;
+}
+
 }  // namespace
 
 BlockLanczos::BlockLanczos(const Eigenproblem& problem, const ShiftInvert& pencil, const Columns& locked,
@@ -55,54 +84,45 @@ PanelProduct BlockLanczos::multiply_mass(const double* x, double* y) const {
 
 // W becomes Q of W = (space) C + Q R with Q M-orthonormal and M-orthogonal to locked vectors and space; returns R, and
 // in `last` the part of C of the last block. Directions of W outside the space that are rounding against W become zero
-// columns of Q. A second projection is computed in the sweep that
-// subtracts the first, so that a further sweep is only made where it is needed.
+// columns of Q. In exact arithmetic only the last two blocks have a part in W: that is taken away first, so that the
+// sweep over all finds what rounding has let in, and a second sweep subtracts it only where it matters.
 PanelProduct BlockLanczos::orthonormalize(double* W, PanelProduct* last) {
+    constexpr double negligible = 1e-13;  // entries of V^T M Q
+    constexpr double slight = 1e-3;       // one subtraction leaves nothing of it
     const Index n = problem_.rows();
-    const double* const mass = problem_.lumped() ? problem_.lumped_mass().data() : nullptr;
     double* const MW = space_.panel(space_.count() - 1);
+    PanelProduct gram = multiply_mass(W, MW);
+    const double reference = gram.diagonal().maxCoeff();
     PanelProduct C;
-    PanelProduct again;
-    PanelProduct gram;
-    const double reference = multiply_mass(W, MW).diagonal().maxCoeff();
-    project(space_, blocks_, MW, C);
-    if (last != nullptr) *last = C.bottomRows(panel_width);
-    const auto remove = [&] {
-        subtract(space_, blocks_, C, W, mass, &again, &gram);
-        if (mass != nullptr) return;
+    if (last != nullptr) {
+        const Index near = std::max(blocks_ - 2, locked_);
+        project(space_, near, blocks_, MW, C);
+        *last = C.bottomRows(panel_width);
+        subtract(space_, near, blocks_, C, W);
         gram = multiply_mass(W, MW);
-        project(space_, blocks_, MW, again);
-    };
-    remove();
+    }
     PanelProduct R = PanelProduct::Identity(panel_width, panel_width);
-    for (int round = 0; round < 6; ++round) {
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 8, 8>> eigen(gram);
-        const auto& values = eigen.eigenvalues();
-        const double largest = values[panel_width - 1];
-        if (round == 0 && !(largest > 1e-26 * reference)) {
+    bool normalized = false;
+    for (int round = 0; round < 8; ++round) {
+        if (round > 0) gram = multiply_mass(W, MW);
+        Directions w = directions_of(gram, normalized);
+        if (w.largest <= (normalized ? 0.0 : 1e-26 * reference)) {
             invariant_ = true;
             return PanelProduct::Zero(panel_width, panel_width);
         }
-        // Entries of a Gram matrix are good to 1e-16 of its largest: smaller directions show in the second round.
-        Eigen::Matrix<double, 8, 1> size;
-        Eigen::Matrix<double, 8, 1> inverse;
-        for (Index i = 0; i < panel_width; ++i) {
-            const bool null = round > 0 && values[i] < 1e-10;
-            size[i] = null ? 0.0 : std::sqrt(round == 0 ? std::max(values[i], 1e-14 * largest) : values[i]);
-            inverse[i] = null ? 0.0 : 1.0 / size[i];
+        project(space_, 0, blocks_, MW, C);
+        const double part = C.size() == 0 ? 0.0 : (C * w.normalizer).cwiseAbs().maxCoeff();
+        if (part > negligible) {
+            subtract(space_, 0, blocks_, C, W);
+            if (last != nullptr && !normalized) *last += C.bottomRows(panel_width);
+            if (part > slight) continue;
+            gram -= C.transpose() * C;
+            w = directions_of(gram, normalized);
         }
-        const PanelProduct X = eigen.eigenvectors() * inverse.asDiagonal();
-        transform(n, W, X);
-        R = (size.asDiagonal() * eigen.eigenvectors().transpose() * R).eval();
-        C = again * X;
-        const bool well_conditioned = values[0] > 1e-6 * largest;
-        if (round > 0 && (size.array() * inverse.array()).sum() < 0.5) {
-            invariant_ = true;
-            return PanelProduct::Zero(panel_width, panel_width);
-        }
-        const bool orthogonal = C.size() == 0 || C.cwiseAbs().maxCoeff() < 1e-13;
-        if (orthogonal && well_conditioned) break;
-        remove();
+        transform(n, W, w.normalizer);
+        R = (w.part * R).eval();
+        if (w.well_conditioned) break;
+        normalized = true;
     }
     return R;
 }

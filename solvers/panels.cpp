@@ -103,9 +103,10 @@ PanelProduct weigh(const Vector& mass, const double* x, double* y) {
     return total;
 }
 
-void project(const Panels& V, Index count, const double* W, PanelProduct& C) {
+void project(const Panels& V, Index begin, Index end, const double* W, PanelProduct& C) {
     const Size rows = V.rows();
     const Runs runs(rows);
+    const Index count = end - begin;
     std::vector<PanelProduct> partial(static_cast<std::size_t>(runs.count));
 #pragma omp parallel for schedule(dynamic, 1) if (rows * count > 4000)
     for (Size run = 0; run < runs.count; ++run) {
@@ -115,7 +116,7 @@ void project(const Panels& V, Index count, const double* W, PanelProduct& C) {
             const Size first = c * chunk;
             const Size size = std::min(chunk, rows - first);
             for (Index i = 0; i < count; ++i)
-                project_rows(size, V.panel(i) + 8 * first, W + 8 * first, sum.data() + 64 * i);
+                project_rows(size, V.panel(begin + i) + 8 * first, W + 8 * first, sum.data() + 64 * i);
         }
     }
     C = PanelProduct::Zero(panel_width * count, panel_width);
@@ -123,34 +124,16 @@ void project(const Panels& V, Index count, const double* W, PanelProduct& C) {
         C += sum;
 }
 
-void subtract(const Panels& V, Index count, const PanelProduct& C, double* W, const double* mass,
-              PanelProduct* again, PanelProduct* gram) {
+void subtract(const Panels& V, Index begin, Index end, const PanelProduct& C, double* W) {
     const Size rows = V.rows();
-    const Runs runs(rows);
-    std::vector<PanelProduct> partial(static_cast<std::size_t>(runs.count));
-#pragma omp parallel for schedule(dynamic, 1) if (rows * count > 4000)
-    for (Size run = 0; run < runs.count; ++run) {
-        PanelProduct& sum = partial[static_cast<std::size_t>(run)];
-        sum = PanelProduct::Zero(panel_width * (count + 1), panel_width);
-        std::vector<double> MW(8 * chunk);
-        for (Size c = runs.begin(run); c < runs.begin(run + 1); ++c) {
-            const Size first = c * chunk;
-            const Size size = std::min(chunk, rows - first);
-            for (Index i = 0; i < count; ++i)
-                add_rows(size, -1.0, V.panel(i) + 8 * first, C.data() + 64 * i, W + 8 * first);
-            if (mass == nullptr) continue;
-            scale_rows(size, mass + first, W + 8 * first, MW.data());
-            for (Index i = 0; i < count; ++i)
-                project_rows(size, V.panel(i) + 8 * first, MW.data(), sum.data() + 64 * i);
-            project_rows(size, W + 8 * first, MW.data(), sum.data() + 64 * count);
-        }
+    const Index count = end - begin;
+#pragma omp parallel for schedule(static) if (rows * count > 4000)
+    for (Size c = 0; c < chunks(rows); ++c) {
+        const Size first = c * chunk;
+        const Size size = std::min(chunk, rows - first);
+        for (Index i = 0; i < count; ++i)
+            add_rows(size, -1.0, V.panel(begin + i) + 8 * first, C.data() + 64 * i, W + 8 * first);
     }
-    if (mass == nullptr) return;
-    PanelProduct total = PanelProduct::Zero(panel_width * (count + 1), panel_width);
-    for (const PanelProduct& sum : partial)
-        total += sum;
-    *again = total.topRows(panel_width * count);
-    *gram = total.bottomRows(panel_width);
 }
 
 void transform(Index rows, double* W, const PanelProduct& X) {

@@ -3,7 +3,7 @@
 //
 //     Panels V(rows, 40);                                  // room for 40 panels
 //     project(V, 0, 12, MW, C);                            // C = V^T MW, of 12 panels
-//     subtract(V, 0, 12, C, W, mass, &again, &gram);       // W -= V C, and in the same sweep V^T M W and W^T M W
+//     subtract(V, 0, 12, C, W);                            // W -= V C
 #pragma once
 
 #include "beltrami/solvers/eigenproblem.hpp"
@@ -42,12 +42,11 @@ class Panels {
 /// y = M x of panels x and y (rows x 8), M diagonal; returns x^T M x.
 PanelProduct weigh(const Vector& mass, const double* x, double* y);
 
-/// C = V^T W for panels 0 to count - 1 of V and a panel W (rows x 8).
-void project(const Panels& V, Index count, const double* W, PanelProduct& C);
+/// C = V^T W for panels begin ... end - 1 of V and a panel W (rows x 8).
+void project(const Panels& V, Index begin, Index end, const double* W, PanelProduct& C);
 
-/// W -= V C. With a mass (rows), in the same sweep again = V^T M W and gram = W^T M W of the new W.
-void subtract(const Panels& V, Index count, const PanelProduct& C, double* W, const double* mass,
-              PanelProduct* again, PanelProduct* gram);
+/// W -= V C for panels begin ... end - 1 of V.
+void subtract(const Panels& V, Index begin, Index end, const PanelProduct& C, double* W);
 
 /// W <- W X, X 8 x 8.
 void transform(Index rows, double* W, const PanelProduct& X);

@@ -281,7 +281,7 @@ class Bands {
         if (size < goal.left) return std::nullopt;
         const double reached = found.next < infinity ? found.next : size > 0 ? v[size - 1] : goal.lower;
         if (goal.top < infinity && reached > goal.top) return goal.top;
-        const Index least = goal.last ? goal.count : std::max<Index>(goal.count - goal.count / 8, 1);
+        const Index least = goal.last ? goal.count : std::max<Index>(goal.count - goal.count / 16, 1);
         const Index most = goal.last ? goal.count + std::max<Index>(4, goal.count / 10) : goal.count;
         if (size < (goal.last ? least : most)) return std::nullopt;
         double widest = 0.0;
