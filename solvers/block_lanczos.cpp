@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <utility>
 
 #include "beltrami/solvers/dense_kernels.hpp"
 
@@ -52,13 +53,14 @@ Directions directions_of(const PanelProduct& gram, bool normalized) {
 }  // namespace
 
 BlockLanczos::BlockLanczos(const Eigenproblem& problem, const ShiftInvert& pencil, const Columns& locked,
-                           const BlockLanczosOptions& options)
+                           const BlockLanczosOptions& options, LargeArray room)
     : problem_(problem),
       pencil_(pencil),
       locked_(panels_for(static_cast<Index>(locked.cols()))),
       blocks_(locked_),
       space_(problem.rows(),
-             locked_ + space_panels(problem, static_cast<Index>(locked.cols()), options.capacity) + 2) {
+             locked_ + space_panels(problem, static_cast<Index>(locked.cols()), options.capacity) + 2,
+             std::move(room)) {
     for (Index i = 0; i < locked_; ++i) {
         const Index first = panel_width * i;
         space_.set(i, locked.middleCols(

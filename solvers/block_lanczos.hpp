@@ -37,8 +37,9 @@ struct RitzValues {
 class BlockLanczos {
   public:
     /// locked: rows x l, M-orthonormal; the space stays M-orthogonal to them. Problem and pencil must outlive this.
+    /// `room`: of an earlier space, release()d.
     BlockLanczos(const Eigenproblem& problem, const ShiftInvert& pencil, const Columns& locked,
-                 const BlockLanczosOptions& options);
+                 const BlockLanczosOptions& options, LargeArray room = {});
 
     /// Adds a block. False, with nothing added, where the space is invariant (its Ritz pairs are exact then) or full.
     bool extend();
@@ -52,6 +53,8 @@ class BlockLanczos {
     [[nodiscard]] Columns vectors(const std::vector<Index>& chosen) const;
 
     [[nodiscard]] std::size_t memory_bytes() const { return space_.memory_bytes(); }
+    /// Ends the space; its room is already backed by memory, which takes the system longer than a sweep over it.
+    [[nodiscard]] LargeArray release() { return space_.release(); }
 
   private:
     PanelProduct multiply_mass(const double* x, double* y) const;  // y = M x, returns x^T M x

@@ -56,22 +56,25 @@ __attribute__((always_inline)) inline void dots(Size rows, Tall X, Tall Y, doubl
 }
 
 template <int J>
-__attribute__((always_inline)) inline void dots_with(Size rows, Tall X, Size a, Tall Y, double* C) {
+__attribute__((always_inline)) inline void dots_with(Size rows, Tall X, Size a, Tall Y, double* C,
+                                                     Size c_stride) {
     Size i = 0;
     for (; i + 3 <= a; i += 3)
-        dots<3, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, a);
+        dots<3, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, c_stride);
     for (; i < a; ++i)
-        dots<1, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, a);
+        dots<1, J>(rows, {X.data + i * X.stride, X.stride}, Y, C + i, c_stride);
 }
 
-BELTRAMI_VECTORIZED void transposed_chunk(Size rows, Tall X, Size a, Tall Y, Size b, double* C) {
+// C (a x b) += X^T Y over some rows; upper: on and above the diagonal at least.
+BELTRAMI_VECTORIZED void transposed_chunk(Size rows, Tall X, Size a, Tall Y, Size b, bool upper, double* C) {
+    const auto height = [&](Size end) { return upper ? std::min(a, end) : a; };
     Size j = 0;
     for (; j + 8 <= b; j += 8)
-        dots_with<8>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+        dots_with<8>(rows, X, height(j + 8), {Y.data + j * Y.stride, Y.stride}, C + j * a, a);
     for (; j + 4 <= b; j += 4)
-        dots_with<4>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+        dots_with<4>(rows, X, height(j + 4), {Y.data + j * Y.stride, Y.stride}, C + j * a, a);
     for (; j < b; ++j)
-        dots_with<1>(rows, X, a, {Y.data + j * Y.stride, Y.stride}, C + j * a);
+        dots_with<1>(rows, X, height(j + 1), {Y.data + j * Y.stride, Y.stride}, C + j * a, a);
 }
 
 // J columns of Y += scale X C, V x 8 rows.
@@ -134,7 +137,7 @@ Size chunks(Size rows) {
 
 namespace {
 
-Columns products(const TallColumns& X, const double* weights, const TallColumns& Y) {
+Columns products(const TallColumns& X, const double* weights, const TallColumns& Y, bool upper) {
     const Size a = X.cols();
     const Size b = Y.cols();
     const Size rows = X.rows();
@@ -158,7 +161,7 @@ Columns products(const TallColumns& X, const double* weights, const TallColumns&
                     Eigen::Map<const Vector>(weights + first, size).asDiagonal() * Y.middleRows(first, size);
                 right = {weighted.data(), weighted.outerStride()};
             }
-            transposed_chunk(size, {X.data() + first, X.outerStride()}, a, right, b, sum.data());
+            transposed_chunk(size, {X.data() + first, X.outerStride()}, a, right, b, upper, sum.data());
         }
     }
     for (const Columns& sum : partial)
@@ -169,10 +172,14 @@ Columns products(const TallColumns& X, const double* weights, const TallColumns&
 }  // namespace
 
 Columns transposed_product(const TallColumns& X, const TallColumns& Y) {
-    return products(X, nullptr, Y);
+    return products(X, nullptr, Y, false);
 }
 Columns transposed_product(const TallColumns& X, const Vector& weights, const TallColumns& Y) {
-    return products(X, weights.data(), Y);
+    return products(X, weights.data(), Y, false);
+}
+Columns gram_matrix(const TallColumns& X, const Vector& weights) {
+    const Columns upper = products(X, weights.data(), X, true);
+    return upper.selfadjointView<Eigen::Upper>();
 }
 
 void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Columns>& C,

@@ -19,6 +19,9 @@ Columns transposed_product(const TallColumns& X, const TallColumns& Y);
 /// X^T diag(weights) Y, without room for a weighted Y.
 Columns transposed_product(const TallColumns& X, const Vector& weights, const TallColumns& Y);
 
+/// X^T diag(weights) X, at half the price.
+Columns gram_matrix(const TallColumns& X, const Vector& weights);
+
 /// Y += scale X C: X is n x a, C is a x b, Y is n x b.
 void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Columns>& C,
                  Eigen::Ref<Columns, 0, Eigen::OuterStride<>> Y);

@@ -8,10 +8,24 @@
 #include <sys/mman.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <new>
 
 namespace beltrami {
+
+constexpr std::size_t large_page = std::size_t{1} << 21;
+
+/// Asks the system for large pages for such an array, before it is written; where there are none nothing happens.
+inline void use_large_pages([[maybe_unused]] double* data, [[maybe_unused]] std::size_t size) {
+#ifdef __linux__
+    const auto address = reinterpret_cast<std::uintptr_t>(data);
+    const std::uintptr_t first = (address + large_page - 1) / large_page * large_page;
+    const std::uintptr_t last = (address + size * sizeof(double)) / large_page * large_page;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): a page of the array
+    if (first < last) madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+#endif
+}
 
 /// Begins on a cache line.
 class LargeArray {
@@ -24,9 +38,7 @@ class LargeArray {
         const std::size_t alignment = bytes() < large_page ? 64 : large_page;
         data_ = Pointer(static_cast<double*>(::operator new(bytes(), std::align_val_t(alignment))),
                         Freed{alignment});
-#ifdef __linux__
-        if (alignment == large_page) madvise(data_.get(), bytes() / large_page * large_page, MADV_HUGEPAGE);
-#endif
+        if (alignment == large_page) use_large_pages(data_.get(), size);
     }
     [[nodiscard]] double* data() const {
         return data_.get();
@@ -43,7 +55,6 @@ class LargeArray {
         std::size_t alignment;
         void operator()(double* p) const { ::operator delete(p, std::align_val_t(alignment)); }
     };
-    static constexpr std::size_t large_page = std::size_t{1} << 21;
     using Pointer = std::unique_ptr<double, Freed>;
     Pointer data_{nullptr, Freed{64}};
     std::size_t size_ = 0;

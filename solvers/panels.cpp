@@ -74,7 +74,12 @@ struct Runs {
 
 }  // namespace
 
-Panels::Panels(Index rows, Index count) : rows_(rows), count_(count), values_(offset(count)) {}
+Panels::Panels(Index rows, Index count, LargeArray room)
+    : rows_(rows), count_(count), values_(std::move(room)) {
+    if (values_.size() >= offset(count)) return;
+    values_ = {};
+    values_ = LargeArray(offset(count));
+}
 
 void Panels::set(Index i, const Eigen::Ref<const Columns>& columns) {
     Eigen::Map<BlockOf<double>> target(panel(i), rows_, panel_width);
@@ -158,6 +163,7 @@ Columns combination(const Panels& V, Index count, const Columns& C) {
         c.leftCols(width) = C.middleCols(panel_width * o, width);
     }
     Columns result(rows, k);
+    use_large_pages(result.data(), static_cast<std::size_t>(result.size()));
 #pragma omp parallel for schedule(dynamic, 8)
     for (Size c = 0; c < chunks(rows); ++c) {
         const Size first = c * chunk;

@@ -6,6 +6,8 @@
 //     subtract(V, 0, 12, C, W);                            // W -= V C
 #pragma once
 
+#include <utility>
+
 #include "beltrami/solvers/eigenproblem.hpp"
 #include "beltrami/solvers/large_array.hpp"
 
@@ -18,7 +20,8 @@ using PanelProduct = Eigen::Matrix<double, Eigen::Dynamic, panel_width, Eigen::R
 
 class Panels {
   public:
-    Panels(Index rows, Index count);
+    /// In `room`, where that is large enough.
+    Panels(Index rows, Index count, LargeArray room = {});
 
     [[nodiscard]] Index rows() const { return rows_; }
     [[nodiscard]] Index count() const { return count_; }
@@ -26,6 +29,8 @@ class Panels {
     [[nodiscard]] double* panel(Index i) { return values_.data() + offset(i); }
     [[nodiscard]] const double* panel(Index i) const { return values_.data() + offset(i); }
     [[nodiscard]] std::size_t memory_bytes() const { return values_.bytes(); }
+    /// Leaves no panels.
+    [[nodiscard]] LargeArray release() { return std::move(values_); }
 
     /// Panel i from columns (rows x at most 8; the rest becomes zero).
     void set(Index i, const Eigen::Ref<const Columns>& columns);

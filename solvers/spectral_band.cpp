@@ -94,6 +94,10 @@ Columns mass_product(const Eigenproblem& problem, const Columns& X, const Column
     return transposed_product(X, MY);
 }
 
+Columns mass_gram(const Eigenproblem& problem, const Columns& X) {
+    return problem.lumped() ? gram_matrix(X, problem.lumped_mass()) : mass_product(problem, X, X);
+}
+
 SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const SpectrumEnd& lower,
                        const SpectrumEnd& upper, const Columns& before, double zero_scale) {
     SpectralBand band;
@@ -110,8 +114,8 @@ SpectralBand make_band(const Eigenproblem& problem, Eigenpairs pairs, const Spec
     Columns& H = band.vectors;
     add_product(-1.0, before, mass_product(problem, before, H), H);
     // One Newton step towards H (H^T M H)^(-1/2), the orthonormal set nearest to H.
-    transform(H, 1.5 * Columns::Identity(count, count) - 0.5 * mass_product(problem, H, H));
-    const Columns gram = mass_product(problem, H, H) - Columns::Identity(count, count);
+    transform(H, 1.5 * Columns::Identity(count, count) - 0.5 * mass_gram(problem, H));
+    const Columns gram = mass_gram(problem, H) - Columns::Identity(count, count);
     const Columns across = mass_product(problem, before, H);
     const auto largest = [](const Columns& A) { return A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0; };
     certificate.max_orthogonality_error = std::max(largest(gram), largest(across));

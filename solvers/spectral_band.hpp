@@ -15,8 +15,9 @@ struct Eigenpairs {
 Vector residuals(const Eigenproblem& problem, const Vector& values, const Columns& vectors,
                  double zero_scale);
 
-/// X^T M Y.
+/// X^T M Y and X^T M X.
 Columns mass_product(const Eigenproblem& problem, const Columns& X, const Columns& Y);
+Columns mass_gram(const Eigenproblem& problem, const Columns& X);
 
 /// Makes the vectors M-orthonormal among each other and to those of the band before it (rows x any; may be empty), and
 /// measures residuals and orthogonality. `zero_scale`: what residuals of zero modes are taken relative to.

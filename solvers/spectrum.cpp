@@ -9,6 +9,7 @@
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/stopwatch.hpp"
 #include "beltrami/solvers/dense_kernels.hpp"
+#include "beltrami/solvers/large_array.hpp"
 #include "beltrami/solvers/spectral_band.hpp"
 #include "beltrami/solvers/spectrum_bands.hpp"
 #include "beltrami/solvers/spectrum_full.hpp"
@@ -120,6 +121,7 @@ Spectrum spectrum(const Eigenproblem& problem, const SpectrumOptions& options) {
     const Index room = std::clamp(options.count, Index{0}, problem.rows());
     result.values.resize(room);
     result.vectors.resize(problem.rows(), room);
+    use_large_pages(result.vectors.data(), static_cast<std::size_t>(result.vectors.size()));
     result.summary = spectrum(problem, options, [&](const SpectralBand& band) {
         const Eigen::Index more = band.values.size();
         if (found + more > result.values.size()) {

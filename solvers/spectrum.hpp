@@ -24,10 +24,9 @@ enum class SpectrumMethod {
     automatic,
     bands,  ///< shift-invert block Lanczos, band after band: section 4 of Vallet & Levy, made exact
     full,   ///< all pairs by a dense solver, for small meshes
-    /// A few pairs (up to about 100) to low accuracy (1e-2), from coarse levels to fine: in the style of HSIM, Nasikun &
-    /// Hildebrandt 2022. There, on 150 K and 500 K vertices, it solves for about half as many columns as bands do, in 0.7
-    /// to 1.1 of the seconds, but its residuals end just below the tolerance and theirs far below. For 300 pairs, or to
-    /// 1e-8, it takes up to six times as long: automatic never chooses it.
+    /// A few pairs (up to about 50) to low accuracy (1e-2), from coarse levels to fine: in the style of HSIM, Nasikun &
+    /// Hildebrandt 2022. There it solves for about half as many columns as bands do, in about the same seconds; for more
+    /// pairs, or to 1e-8, it takes up to three times as long (docs/spectrum.md): automatic never chooses it.
     hierarchical
 };
 std::string_view name(SpectrumMethod method);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/stopwatch.hpp"
@@ -116,7 +117,8 @@ class Bands {
 
     SpectralBand next_band(const SpectrumEnd& lower, Index wanted, double top, double density) {
         const Index remaining = wanted - lower.below;
-        const Index bands = (remaining + band_size() - 1) / band_size();
+        // Rather a few more pairs in each than a band more.
+        const Index bands = std::max((remaining + 3 * band_size() / 4) / band_size(), 1);
         // Bands of even sizes; a cutoff leaves it open how many there are.
         const Index target =
             options_.count > 0 ? std::max<Index>((remaining + bands - 1) / bands, 1) : band_size();
@@ -219,7 +221,7 @@ class Bands {
         BlockLanczosOptions space;
         space.capacity = std::max<Index>(3 * missing + 30 * size, 8 * size);
         space.seed = static_cast<std::uint32_t>(trace.rounds) + 1000U * bands_done();
-        BlockLanczos lanczos(problem_, *pencil_, pairs.vectors, space);
+        BlockLanczos lanczos(problem_, *pencil_, pairs.vectors, space, std::move(room_));
         Found found;
         RitzValues ritz;
         std::vector<Index> accepted;
@@ -251,6 +253,7 @@ class Bands {
             });
         }
         if (!accepted.empty()) add(pairs, ritz, accepted, lanczos);
+        room_ = lanczos.release();
         return found;
     }
 
@@ -398,6 +401,7 @@ class Bands {
     const BandSink& sink_;
     SpectrumSummary& summary_;
     std::optional<ShiftInvert> pencil_;
+    LargeArray room_;  // of the last space
     Columns before_ = Columns(problem_.rows(), 0);
     Index from_below_ = 0;
 };

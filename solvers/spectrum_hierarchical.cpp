@@ -162,10 +162,10 @@ class RitzSpace {
     /// Becomes what W spans.
     void start(Columns W) {
         remove_constants(W);
-        InverseRoot root = inverse_root(mass_product(problem_, W, W));
+        InverseRoot root = inverse_root(mass_gram(problem_, W));
         if (root.least < ill_conditioned) {
             transform(W, root.Z);
-            root = inverse_root(mass_product(problem_, W, W));
+            root = inverse_root(mass_gram(problem_, W));
         }
         const Columns A = stiffness_product(problem_, W);
         eigen_ = symmetric_eigen(root.Z.transpose() * A * root.Z);
@@ -271,7 +271,7 @@ class RitzSpace {
             remove(problem_.constants());
             for (const Columns& V : blocks_)
                 remove(V);
-            Columns B = mass_product(problem_, W, W);
+            Columns B = mass_gram(problem_, W);
             // What is as small as rounding at first, or vanishes after it had been enlarged.
             const double least = round == 0 ? 1e-24 : 1e-2;
             std::vector<Index> outside;
