@@ -23,8 +23,8 @@ Index space_panels(const Eigenproblem& problem, Index locked, Index capacity) {
 
 // Of a panel W with a Gram matrix: Q = W normalizer is orthonormal, W = Q part.
 struct Directions {
-    double largest = 0.0;  // eigenvalue of the Gram matrix that counts; 0 where none does
-    bool well_conditioned = false;
+    double largest = 0.0;           // eigenvalue of the Gram matrix; 0 where none counts
+    bool well_conditioned = false;  // but for directions that do not count
     PanelProduct normalizer;
     PanelProduct part;
 };
@@ -36,11 +36,12 @@ Directions directions_of(const PanelProduct& gram, bool normalized) {
     const auto& values = eigen.eigenvalues();
     Directions w;
     w.largest = values[panel_width - 1];
-    w.well_conditioned = values[0] > 1e-6 * w.largest;
+    w.well_conditioned = true;
     Eigen::Matrix<double, panel_width, 1> size;
     Eigen::Matrix<double, panel_width, 1> inverse;
     for (Index i = 0; i < panel_width; ++i) {
         const bool null = normalized && values[i] < 1e-10;
+        w.well_conditioned = w.well_conditioned && (null || values[i] > 1e-6 * w.largest);
         size[i] = null ? 0.0 : std::sqrt(normalized ? values[i] : std::max(values[i], 1e-14 * w.largest));
         inverse[i] = null ? 0.0 : 1.0 / size[i];
     }
@@ -108,7 +109,7 @@ PanelProduct BlockLanczos::orthonormalize(double* W, PanelProduct* last) {
     for (int round = 0; round < 8; ++round) {
         if (round > 0) gram = multiply_mass(W, MW);
         Directions w = directions_of(gram, normalized);
-        if (w.largest <= (normalized ? 0.0 : 1e-26 * reference)) {
+        if (!(w.largest > (normalized ? 0.0 : 1e-26 * reference))) {
             invariant_ = true;
             return PanelProduct::Zero(panel_width, panel_width);
         }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <utility>
 
 namespace beltrami {
 
@@ -40,15 +41,18 @@ class LargeArray {
                         Freed{alignment});
         if (alignment == large_page) use_large_pages(data_.get(), size);
     }
-    [[nodiscard]] double* data() const {
-        return data_.get();
+    LargeArray(LargeArray&& other) noexcept
+        : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)) {}
+    LargeArray& operator=(LargeArray&& other) noexcept {
+        data_ = std::move(other.data_);
+        size_ = std::exchange(other.size_, 0);
+        return *this;
     }
-    [[nodiscard]] std::size_t size() const {
-        return size_;
-    }
-    [[nodiscard]] std::size_t bytes() const {
-        return size_ * sizeof(double);
-    }
+    ~LargeArray() = default;
+
+    [[nodiscard]] double* data() const { return data_.get(); }
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] std::size_t bytes() const { return size_ * sizeof(double); }
 
   private:
     struct Freed {
