@@ -211,7 +211,7 @@ TEST(ProgramHarmonics, SurvivesBeingKilledTwentyTimes) {
     std::mt19937 engine(11);
     Index landed = 0;
     int finished = 0;
-    const auto folder = [&] { return scratch / ("b" + std::to_string(finished)); };
+    const auto folder = [&] { return scratch / fmt::format("b{}", finished); };
     std::vector<fs::file_time_type> times;
     for (int killed = 0; killed < 20;) {
         const double moment = seconds * (0.05 + 0.3 * (engine() / 4294967295.0));
