@@ -11,7 +11,9 @@
 namespace beltrami {
 
 ShiftInvert::ShiftInvert(const Eigenproblem& problem, const ShiftInvertOptions& options)
-    : problem_(problem), supernodal_(std::make_unique<SupernodalLdlt>(problem)) {
+    : problem_(problem),
+      supernodal_(std::make_unique<SupernodalLdlt>(problem,
+                                                   SupernodalLdltOptions{.few_solves = options.few_solves})) {
     if (!(options.memory_limit > 0.0) || static_cast<double>(memory_bytes()) <= options.memory_limit) return;
     supernodal_.reset();
     pivoted_ = std::make_unique<PivotedLdlt>(problem, PivotedLdltOptions{true, options.scratch});

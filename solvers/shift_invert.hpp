@@ -20,6 +20,8 @@ class SupernodalLdlt;
 class PivotedLdlt;
 
 struct ShiftInvertOptions {
+    /// A few hundred columns at most: an ordering that is found quickly is worth more than one that fills less.
+    bool few_solves = false;
     /// Bytes that a factor may take in memory; where it would take more it is kept on disk. 0: no limit.
     double memory_limit = 0.0;
     /// Where a factor on disk lies while it is used.

@@ -37,7 +37,9 @@ class Bands {
         : problem_(problem), options_(options), sink_(sink), summary_(summary) {
         const PhaseTimer timer(summary.analysis_seconds);
         report(options.progress, "ordering", 0.0);
-        pencil_.emplace(problem, options.factor);
+        ShiftInvertOptions factor = options.factor;
+        factor.few_solves = factor.few_solves || (options.count > 0 && options.count <= default_band);
+        pencil_.emplace(problem, factor);
         if (!options.on_plan) return;
         // The space, the pairs that converge in it on both sides of the shift, the band and the one before it.
         const double columns = 3.0 * band_size() + 30.0 * panel_width + 4.0 * band_size();

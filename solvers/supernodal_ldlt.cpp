@@ -82,7 +82,7 @@ struct Supernodes {
     std::vector<std::vector<Index>> rows;  // of each, its columns first
 };
 
-Supernodes analyse(const Eigen::SparseMatrix<double, Eigen::RowMajor>& K) {
+Supernodes analyse(const Eigen::SparseMatrix<double, Eigen::RowMajor>& K, bool few_solves) {
     CholmodCommon start;
     cholmod_common& common = start.common;
     const auto n = static_cast<Index>(K.rows());
@@ -109,7 +109,7 @@ Supernodes analyse(const Eigen::SparseMatrix<double, Eigen::RowMajor>& K) {
     pattern.sorted = 1;
     pattern.packed = 1;
     common.nmethods = 1;
-    common.method[0].ordering = CHOLMOD_METIS;
+    common.method[0].ordering = few_solves ? CHOLMOD_AMD : CHOLMOD_METIS;
     common.postorder = 1;
     common.supernodal = CHOLMOD_SUPERNODAL;
     // Sweeps read the zeros that merged supernodes hold: fewer of them than CHOLMOD takes by itself.
@@ -223,7 +223,7 @@ struct SupernodalLdlt::Factor {
         std::array<std::size_t, 2> used{};
     };
 
-    void build(const Eigenproblem& problem);
+    void build(const Eigenproblem& problem, bool few_solves);
     void set_order(const Supernodes& supernodes, std::vector<Index>& new_of_old,
                    std::vector<std::vector<Index>>& rows);
     void set_groups(const std::vector<Index>& row_of, const std::vector<std::vector<Index>>& rows);
@@ -551,11 +551,11 @@ void SupernodalLdlt::Factor::set_entries(const Eigenproblem& problem, const std:
     }
 }
 
-void SupernodalLdlt::Factor::build(const Eigenproblem& problem) {
+void SupernodalLdlt::Factor::build(const Eigenproblem& problem, bool few_solves) {
     n = problem.rows();
     std::vector<Index> order;
     std::vector<std::vector<Index>> rows;
-    set_order(analyse(problem.stiffness()), order, rows);
+    set_order(analyse(problem.stiffness(), few_solves), order, rows);
     set_groups(set_pieces(order), rows);
     set_entries(problem, order, rows);
 }
@@ -911,7 +911,7 @@ SupernodalLdlt::SupernodalLdlt(const Eigenproblem& problem, const SupernodalLdlt
                          "use avx512, avx2 or any, or leave it empty");
     }
     try {
-        factor_->build(problem);
+        factor_->build(problem, options.few_solves);
     } catch (const std::bad_alloc&) {
         no_room(problem.rows());
     }

@@ -195,6 +195,23 @@ TEST(SupernodalLdlt, InstructionsAgree) {
     EXPECT_THROW(SupernodalLdlt(surface, {.instructions = "mmx"}), InputError);
 }
 
+TEST(SupernodalLdlt, AQuickOrderingFillsMoreAndSolvesTheSame) {
+    const Eigenproblem surface = lumped(shapes::bumpy_sphere(20000));
+    const double shift = 40.0 / surface.total_mass();
+    SupernodalLdlt metis(surface);
+    SupernodalLdlt amd(surface, {.few_solves = true});
+    metis.factor(shift);
+    amd.factor(shift);
+    EXPECT_EQ(amd.negative_pivots(), metis.negative_pivots());
+    EXPECT_GT(amd.nonzeros(), metis.nonzeros());
+    EXPECT_LT(amd.nonzeros(), 2.0 * metis.nonzeros());
+    Columns x = random_block(surface.rows(), 8);
+    Block y = x;
+    metis.solve(x);
+    amd.solve(y);
+    EXPECT_LT(relative_difference(x, Columns(y)), 1e-9);
+}
+
 TEST(SupernodalLdlt, ThreadsDoNotMatter) {
     const int before = omp_get_max_threads();
     const Eigenproblem surface = lumped(shapes::bumpy_sphere(20000));
