@@ -33,9 +33,6 @@ constexpr Index together = 32;
 /// Residuals on coarse levels: their pairs differ from the mesh's by more.
 constexpr double coarse_tolerance = 1e-2;
 
-/// Pairs for which a quick ordering of the unknowns is enough.
-constexpr Index few_pairs = 50;
-
 /// Of a Gram matrix with ones on its diagonal: below it one orthonormalization does not suffice.
 constexpr double ill_conditioned = 1e-5;
 
@@ -366,9 +363,7 @@ class Hierarchical {
           space_(problem, options.progress, "eigenpairs") {
         const PhaseTimer timer(summary.analysis_seconds);
         report(options.progress, "ordering", 0.0);
-        ShiftInvertOptions factor = options.factor;
-        factor.few_solves = factor.few_solves || (options.count > 0 && options.count <= few_pairs);
-        pencil_.emplace(problem, factor);
+        pencil_.emplace(problem, options.factor);
         if (!options.on_plan) return;
         Index pairs = options.count;
         if (options.count == 0) {
