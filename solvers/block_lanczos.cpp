@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <random>
 #include <utility>
 
 #include "beltrami/solvers/dense_kernels.hpp"
@@ -69,11 +68,8 @@ BlockLanczos::BlockLanczos(const Eigenproblem& problem, const ShiftInvert& penci
     }
     const Index capacity = panel_width * (space_.count() - 2 - locked_);
     projected_ = Columns::Zero(capacity, capacity);
-    std::mt19937 engine(options.seed);
-    // Even numbers in [-1, 1]: the same on every machine, which the standard's normal distribution is not.
     double* const start = space_.panel(blocks_);
-    std::generate_n(start, static_cast<std::size_t>(problem.rows()) * panel_width,
-                    [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
+    fill_random(start, static_cast<std::size_t>(problem.rows()) * panel_width, options.seed);
     out_ = orthonormalize(start, nullptr);
 }
 

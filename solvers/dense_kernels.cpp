@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -207,6 +208,11 @@ void transform(Columns& X, const Columns& C) {
                   X.data() + first, X.outerStride(), b);
     }
     if (b < a) X.conservativeResize(Eigen::NoChange, b);
+}
+
+void fill_random(double* values, std::size_t size, std::uint32_t seed) {
+    std::mt19937 engine(seed);
+    std::generate_n(values, size, [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
 }
 
 SymmetricEigen symmetric_eigen(Columns A) {

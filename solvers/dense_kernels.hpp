@@ -7,6 +7,9 @@
 // such shapes. The sums do not depend on the number of threads.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include "beltrami/framework/types.hpp"
 #include "beltrami/solvers/eigenproblem.hpp"
 
@@ -28,6 +31,9 @@ void add_product(double scale, const TallColumns& X, const Eigen::Ref<const Colu
 
 /// X <- X C, without a second X: X is n x a, C is a x b with b <= a.
 void transform(Columns& X, const Columns& C);
+
+/// Even numbers in [-1, 1]: the same on every machine, which the standard's distributions are not.
+void fill_random(double* values, std::size_t size, std::uint32_t seed);
 
 /// A = V diag(values) V^T of a symmetric A, values ascending; the columns of `vectors` are V.
 struct SymmetricEigen {

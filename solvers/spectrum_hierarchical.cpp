@@ -8,7 +8,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <random>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -41,11 +40,10 @@ Index most_columns(Index kept) {
     return 3 * kept + 200;
 }
 
-/// Even numbers in [-1, 1], the same on every machine.
 Columns random_columns(Index rows, Index columns, std::uint32_t seed) {
-    std::mt19937 engine(seed);
-    return Columns::NullaryExpr(rows, columns,
-                                [&] { return 2.0 * (static_cast<double>(engine()) / 4294967295.0) - 1.0; });
+    Columns X(rows, columns);
+    fill_random(X.data(), static_cast<std::size_t>(X.size()), seed);
+    return X;
 }
 
 /// A level's eigenproblem is that of the next finer one on what its prolongation spans.

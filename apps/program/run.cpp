@@ -19,12 +19,6 @@ namespace beltrami::program {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 std::size_t peak_memory_bytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
@@ -64,7 +58,7 @@ class Run::ProgressDisplay {
     ~ProgressDisplay() { clear(); }
 
     void show(const ProgressReport& report) {
-        const double now = since(start_);
+        const double now = watch_.seconds();
         if (report.fraction < 0.0 || now < 1.0) return;
         if (terminal_) {
             if (now - last_ < 0.1) return;
@@ -90,10 +84,10 @@ class Run::ProgressDisplay {
     bool terminal_;
     bool drawn_ = false;
     double last_ = 0.0;
-    Clock::time_point start_ = Clock::now();
+    Stopwatch watch_;
 };
 
-Run::Run() : start_(Clock::now()) {
+Run::Run() {
     display_ = std::make_unique<ProgressDisplay>();
     progress_ = std::make_unique<Progress>([this](const ProgressReport& report) {
         if (!quiet_) display_->show(report);
@@ -257,9 +251,9 @@ LinearSolverOptions Run::linear_options() const {
     return options;
 }
 
-void Run::add_seconds(const std::string& phase, Clock::time_point start) {
+void Run::add_seconds(const std::string& phase, double more) {
     nlohmann::json& seconds = summary_["seconds"];
-    seconds[phase] = seconds.value(phase, 0.0) + since(start);
+    seconds[phase] = seconds.value(phase, 0.0) + more;
 }
 
 void Run::warn_outside(const Laplacian& laplacian, const Block& values, const Block& given) {
@@ -354,7 +348,7 @@ void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) 
 
 void Run::finish() {
     display_->clear();
-    summary_["seconds"]["total"] = since(start_);
+    summary_["seconds"]["total"] = watch_.seconds();
     summary_["peak_memory_bytes"] = peak_memory_bytes();
     if (summary_file_.empty()) return;
     // dump() throws on a file name that is not UTF-8 unless told to replace it.

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "beltrami/beltrami.hpp"
+#include "beltrami/framework/stopwatch.hpp"
 
 namespace beltrami::program {
 
@@ -77,13 +77,13 @@ class Run {
     template <class Work>
     auto timed(const std::string& phase, Work work) {
         progress_->check();
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         if constexpr (std::is_void_v<decltype(work())>) {
             work();
-            add_seconds(phase, start);
+            add_seconds(phase, watch.seconds());
         } else {
             auto result = work();
-            add_seconds(phase, start);
+            add_seconds(phase, watch.seconds());
             return result;
         }
     }
@@ -93,7 +93,7 @@ class Run {
     void warn_outside(const Laplacian& laplacian, const Block& values, const Block& given);
 
   private:
-    void add_seconds(const std::string& phase, std::chrono::steady_clock::time_point start);
+    void add_seconds(const std::string& phase, double more);
     void check_outputs() const;
 
     std::string command_;
@@ -119,7 +119,7 @@ class Run {
         std::string option;
     };
     std::vector<OtherOutput> other_outputs_;
-    std::chrono::steady_clock::time_point start_;
+    Stopwatch watch_;
     MeshReport mesh_report_;
     nlohmann::json summary_;
 };
