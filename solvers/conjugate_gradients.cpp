@@ -158,19 +158,25 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     double* const qs = q.data();
     double* const xs = x.data();
     const double* const P = inverse_diagonal.data();
-    const auto weighted_square = [&] {
-        return column_sums(n, k, [&](Eigen::Index i, Eigen::Index at) { return P[i] * rs[at] * rs[at]; });
+    Block z = options.preconditioner ? Block(n, k) : Block();
+    const double* zs = z.data();
+    // z = B r; r^T B r.
+    const auto precondition = [&]() -> Vector {
+        if (!options.preconditioner)
+            return column_sums(n, k, [&](Eigen::Index i, Eigen::Index at) { return P[i] * rs[at] * rs[at]; });
+        options.preconditioner(r, z);
+        zs = z.data();
+        return column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return rs[at] * zs[at]; });
     };
 
-    Vector rz = weighted_square();
+    Vector rz = precondition();
     Vector alpha(k);
     Vector beta(k);
     std::vector<char> done(static_cast<std::size_t>(k), 0);
     Vector errors = Vector::Zero(k);
     const auto check = [&](bool first) {
-        const Vector norms = energy ? Vector(k)
-                                    : (options.norm == StoppingNorm::residual ? column_norms(r, weight)
-                                                                              : Vector(rz.cwiseSqrt()));
+        const bool as_rz = options.norm != StoppingNorm::residual && !options.preconditioner;
+        const Vector norms = energy ? Vector(k) : as_rz ? Vector(rz.cwiseSqrt()) : column_norms(r, weight);
         bool all = true;
         for (Eigen::Index c = 0; c < k; ++c) {
             if (done[static_cast<std::size_t>(c)] != 0) continue;
@@ -180,7 +186,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
                 // At the start nothing is known of the energy error but that a residual at rounding ends it.
                 errors[c] = first ? std::numeric_limits<double>::max()
                                   : energy_errors[static_cast<std::size_t>(c)].relative();
-                if (std::sqrt(rz[c]) <= 1e-15 * load[c]) errors[c] = std::min(errors[c], 1e-15);
+                if (!options.preconditioner && std::sqrt(rz[c]) <= 1e-15 * load[c])
+                    errors[c] = std::min(errors[c], 1e-15);
             } else {
                 errors[c] = norms[c] / load[c];
             }
@@ -195,7 +202,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
-                ps[i * k + c] = P[i] * rs[i * k + c];
+                ps[i * k + c] = zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c];
         }
     }
     bool indefinite = false;
@@ -218,9 +225,14 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             xs[at] += alpha[c] * ps[at];
             rs[at] -= alpha[c] * qs[at];
         });
-        const Vector next = weighted_square();
-        for (Eigen::Index c = 0; c < k; ++c) {
+        const Vector next = precondition();
+        for (Eigen::Index c = 0; c < k; ++c)
             beta[c] = done[static_cast<std::size_t>(c)] != 0 || rz[c] == 0.0 ? 0.0 : next[c] / rz[c];
+        if (options.preconditioner) {
+            // z^T (r - r_before) / (r^T z)_before: r - r_before = -alpha q.
+            const Vector zq = column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return zs[at] * qs[at]; });
+            for (Eigen::Index c = 0; c < k; ++c)
+                beta[c] = beta[c] == 0.0 ? 0.0 : std::max(0.0, -alpha[c] * zq[c] / rz[c]);
         }
         rz = next;
         all_done = check(false);
@@ -228,7 +240,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
-                ps[i * k + c] = P[i] * rs[i * k + c] + beta[c] * ps[i * k + c];
+                ps[i * k + c] = (zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c]) + beta[c] * ps[i * k + c];
         }
     }
 

@@ -23,6 +23,9 @@ struct CgOptions {
     double tolerance = 1e-10;  ///< in `norm`
     StoppingNorm norm = StoppingNorm::scaled_residual;
     int max_iterations = 50000;
+    /// z = B r, B symmetric and positive definite on the free rows, z = 0 on the held: such as Multigrid's. Empty: the
+    /// diagonal. It may be linear to single precision only, as directions are chosen flexibly (Polak & Ribiere 1969).
+    Product preconditioner = {};
     const Progress* progress = nullptr;
 };
 
@@ -37,7 +40,7 @@ struct CgResult {
 };
 
 /// Solves A x = b for the rows that are not held. b: n x k. x: n x k, on entry the start (held rows at their values).
-/// inverse_diagonal: n, positive, the Jacobi preconditioner. Throws Cancelled; never throws for a solve that fails:
+/// inverse_diagonal: n, positive, what scaled residuals are scaled with and the Jacobi preconditioner. Throws Cancelled; never throws for a solve that fails:
 /// see `reason`, and x then is the last iterate.
 CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagonal,
                              std::span<const Index> held, const Block& b, Block& x,
