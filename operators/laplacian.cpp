@@ -50,6 +50,7 @@ Laplacian::Laplacian(const Mesh& mesh, const LaplacianOptions& options) {
     const Mesh working = order.to_working(kept);
     auto graph = std::make_shared<const EdgeGraph>(working.vertex_count(), working.cells());
     set(weighted(options.weights, working, graph), lumped_mass(working, options.mass), std::move(order));
+    points_ = std::make_shared<const Points>(working.points());
     left_out_cells_ = mesh.cell_count() - kept.cell_count();
 }
 
@@ -73,6 +74,7 @@ void Laplacian::set(EdgeOperator<double> stiffness, Vector mass, Renumbering ord
 
 std::size_t Laplacian::memory_bytes() const {
     return stiffness_->memory_bytes() + graph().memory_bytes() +
+           (points_ ? static_cast<std::size_t>(points_->size()) * sizeof(double) : 0) +
            static_cast<std::size_t>(vertex_count()) * (2 * sizeof(double) + 2 * sizeof(Index));
 }
 

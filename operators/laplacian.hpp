@@ -42,6 +42,8 @@ class Laplacian {
     /// D: 1 / mass, and 0 where the mass is 0.
     [[nodiscard]] const Vector& inverse_mass() const { return lumped_->inverse; }
     [[nodiscard]] const Renumbering& order() const { return *order_; }
+    /// n x 3 in the working order, for who coarsens the mesh; null for an operator of your own.
+    [[nodiscard]] const std::shared_ptr<const Points>& points() const { return points_; }
 
     [[nodiscard]] Index left_out_cells() const { return left_out_cells_; }
     /// Vertices without an edge: in no cell, or in degenerate cells only. Solves leave them as they are.
@@ -59,6 +61,7 @@ class Laplacian {
     std::shared_ptr<const EdgeOperator<double>> stiffness_;
     std::shared_ptr<const Lumped> lumped_;
     std::shared_ptr<const Renumbering> order_;
+    std::shared_ptr<const Points> points_;
     Index left_out_cells_ = 0;
     Index isolated_vertices_ = 0;
 };

@@ -135,9 +135,15 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     // Everything is measured against the load with the free values at zero.
     Vector load = column_norms(r, weight);
     Vector scaled_load = column_norms(r, inverse_diagonal);
+    Vector energy_load = Vector::Constant(k, -1.0);  // with a preconditioner B: r_0^T B r_0
     std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
     if (const auto zero = zero_start(apply, held, b, x)) {
         ++result.products;
+        if (energy && options.preconditioner) {
+            Block corrected;
+            options.preconditioner(zero->r, corrected);
+            energy_load = zero->r.cwiseProduct(corrected).colwise().sum().transpose();
+        }
         load = column_norms(zero->r, weight);
         scaled_load = column_norms(zero->r, inverse_diagonal);
         // |x* - s|^2 = |x* - x|^2 + (x - s)^T (r_s + r) with s the start at zero and r_s its residual.
@@ -170,6 +176,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     };
 
     Vector rz = precondition();
+    // Started at zero.
+    if (energy_load.size() > 0 && energy_load[0] < 0.0) energy_load = rz;
     Vector alpha(k);
     Vector beta(k);
     std::vector<char> done(static_cast<std::size_t>(k), 0);
@@ -182,12 +190,13 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             if (done[static_cast<std::size_t>(c)] != 0) continue;
             if (load[c] == 0.0 || rz[c] == 0.0) {
                 errors[c] = 0.0;
+            } else if (energy && options.preconditioner) {
+                errors[c] = std::sqrt(std::max(rz[c], 0.0) / energy_load[c]);
             } else if (energy) {
                 // At the start nothing is known of the energy error but that a residual at rounding ends it.
                 errors[c] = first ? std::numeric_limits<double>::max()
                                   : energy_errors[static_cast<std::size_t>(c)].relative();
-                if (!options.preconditioner && std::sqrt(rz[c]) <= 1e-15 * load[c])
-                    errors[c] = std::min(errors[c], 1e-15);
+                if (std::sqrt(rz[c]) <= 1e-15 * load[c]) errors[c] = std::min(errors[c], 1e-15);
             } else {
                 errors[c] = norms[c] / load[c];
             }
@@ -230,7 +239,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             beta[c] = done[static_cast<std::size_t>(c)] != 0 || rz[c] == 0.0 ? 0.0 : next[c] / rz[c];
         if (options.preconditioner) {
             // z^T (r - r_before) / (r^T z)_before: r - r_before = -alpha q.
-            const Vector zq = column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return zs[at] * qs[at]; });
+            const Vector zq =
+                column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return zs[at] * qs[at]; });
             for (Eigen::Index c = 0; c < k; ++c)
                 beta[c] = beta[c] == 0.0 ? 0.0 : std::max(0.0, -alpha[c] * zq[c] / rz[c]);
         }
@@ -240,7 +250,8 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
-                ps[i * k + c] = (zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c]) + beta[c] * ps[i * k + c];
+                ps[i * k + c] =
+                    (zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c]) + beta[c] * ps[i * k + c];
         }
     }
 

@@ -19,16 +19,29 @@ double physical_memory() {
     return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
 }
 
-// Costs in microseconds a vertex, from the measurements in docs/solvers.md: they decide which solver is expected to be
-// done first, never what the answer is.
+// Costs in microseconds a vertex on one thread, from the measurements in docs/solvers.md: they decide which solver is expected
+// to be done first, never what the answer is.
 constexpr double cg_step = 0.03;
-constexpr double factor_surface = 6.0;  // K at 150 K vertices; grows as n^0.3
-constexpr double direct_solve = 0.25;
 constexpr double size_of_measurement = 150e3;
 
-// The number of entries of a factor, a vertex, at that size: 40 for K, 200 for K D K on surfaces.
-constexpr double fill_surface = 40.0;
-constexpr double fill_bilaplacian = 200.0;
+// For operators with one and with two products with K.
+struct Costs {
+    double fill;    // entries of a factor, a vertex, at the size of the measurement
+    double factor;  // the factor there, with the analysis; grows as n^0.2 more than n
+    double direct;  // a direct solve with its refinement
+    double setup;   // of multigrid, with the hierarchy
+    double cycle;   // an iteration with it
+    double cycles_a_digit;
+};
+constexpr Costs first_order{40.0, 3.6, 0.3, 1.4, 0.08, 3.4};
+constexpr Costs second_order{200.0, 16.0, 1.6, 5.5, 0.3, 6.5};
+
+// Below this a factor is always as fast; above this many Green's functions take more room than a factor of K D K.
+constexpr Index worth_multigrid = 30000;
+constexpr std::size_t most_greens_functions = 60;
+// Multigrid that has not converged by then is not going to.
+constexpr int most_cycles = 400;
+constexpr double multigrid_radius = 2.3;
 
 // A graph of a solid has about seven edges a vertex, one of a surface three.
 bool is_solid(const EdgeGraph& graph) {
@@ -50,6 +63,22 @@ void LinearSolverOptions::check() const {
         throw InputError("the limit of iterations or the expected number of solves is less than 1",
                          "allow at least one");
     }
+}
+
+std::string_view name(SolverKind kind) {
+    switch (kind) {
+        case SolverKind::automatic:
+            return "auto";
+        case SolverKind::cg:
+            return "cg";
+        case SolverKind::multigrid:
+            return "multigrid";
+        case SolverKind::cholesky:
+            return "cholesky";
+        case SolverKind::green:
+            return "green";
+    }
+    return "";
 }
 
 LinearSolver::LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolverOptions options)
@@ -76,28 +105,50 @@ LinearSolver::LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolver
     }
 }
 
-LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
-    if (options_.kind == SolverKind::cg) return {SolverKind::cg, "asked for"};
-    if (options_.kind == SolverKind::cholesky) return {SolverKind::cholesky, "asked for"};
+// The operator where multigrid can be asked for; null otherwise.
+const PdeOperator* LinearSolver::for_multigrid() const {
+    const auto* const A = dynamic_cast<const PdeOperator*>(A_.get());
+    if (A == nullptr || A->order() < 1 || A->order() > 2) return nullptr;
+    if (!options_.hierarchy && !A->laplacian().points()) return nullptr;
+    // K D K without mass somewhere has lost an equation there.
+    for (Index v = 0; A->order() == 2 && v < A->rows(); ++v) {
+        if (A->laplacian().mass()[v] <= 0.0 && A->graph().degree(v) > 0) return nullptr;
+    }
+    return A;
+}
 
+const PdeOperator* LinearSolver::for_green() const {
+    const auto* const A = dynamic_cast<const PdeOperator*>(A_.get());
+    return A != nullptr && A->order() == 2 && A->sigma() == 0.0 && A->gamma()[0] == 0.0 ? A : nullptr;
+}
+
+LinearSolver::Choice LinearSolver::choose(const std::vector<Index>& held, Index columns) const {
+    if (options_.kind != SolverKind::automatic) return {options_.kind, "asked for"};
+
+    const auto unknowns = static_cast<Index>(A_->rows() - static_cast<Index>(held.size()));
     const double n = std::max<Index>(unknowns, 1);
     const bool bilaplacian = A_->order() >= 2;
     const bool solid = is_solid(A_->graph());
+    const Costs& costs = bilaplacian ? second_order : first_order;
+    const double solves = options_.expected_solves;
 
     // Entries of the factor: n log n on surfaces, n^(4/3) in solids (nested dissection).
     const double growth = std::log(std::max(n, 10.0)) / std::log(size_of_measurement);
     // Where a vertex has two numbers, an entry of the factor is a block of two by two.
     const double block = A_->rows() / std::max<double>(1.0, A_->graph().vertex_count());
-    const double per_vertex = block * (bilaplacian ? fill_bilaplacian : fill_surface) *
-                              (solid ? std::max(1.0, 4.0 * std::cbrt(n / 1e4)) : growth);
+    const double thicker = block * (solid ? std::max(1.0, 4.0 * std::cbrt(n / 1e4)) : growth);
+    const double per_vertex = costs.fill * thicker;
     const double factor_bytes = 8.0 * n * per_vertex;
-    if (factor_bytes > 0.5 * physical_memory()) {
-        return {SolverKind::cg, fmt::format("a factor of {} unknowns would take about {:.0f} GB", unknowns,
-                                            factor_bytes / 1e9)};
-    }
-    if (bilaplacian) {
-        return {SolverKind::cholesky, "conjugate gradients converge too slowly on K D K"};
-    }
+    const bool fits = factor_bytes < 0.5 * physical_memory();
+    const double factor =
+        costs.factor * (solid ? thicker * thicker : block * block * std::pow(n / size_of_measurement, 0.2));
+    const double direct = factor + solves * costs.direct * columns * thicker;
+
+    // Three more columns cost as much as one alone.
+    const double cycles = costs.cycles_a_digit * std::max(1.0, -std::log10(options_.tolerance));
+    const double by_multigrid =
+        costs.setup + solves * cycles * costs.cycle * (0.7 + 0.3 * columns) * (solid ? 2.0 : 1.0);
+    const bool multigrid = (n > worth_multigrid || !fits) && for_multigrid() != nullptr;
 
     // With P = diag(A): lambda_max(P^-1 A) is near 2, and the mass term alone bounds lambda_min from below.
     const double mass = A_->total_mass();
@@ -106,18 +157,38 @@ LinearSolver::Choice LinearSolver::choose(Index unknowns, Index columns) const {
     const double by_condition = 0.5 * std::sqrt(2.0 / std::max(smallest, 1e-30)) * digits;
     const double by_size = solid ? 2.0 * std::cbrt(n) * digits / 3.0 : 2.7 * std::sqrt(n) * digits / 19.0;
     const double iterations = std::min(by_condition, by_size);
+    const double by_cg = bilaplacian ? std::numeric_limits<double>::infinity()
+                                     : solves * iterations * cg_step * block * columns;
 
-    const double solves = options_.expected_solves;
-    const double cg = solves * iterations * cg_step * block * columns;
-    const double factor = factor_surface * (solid ? per_vertex * per_vertex / (fill_surface * fill_surface)
-                                                  : block * block * std::pow(n / size_of_measurement, 0.3));
-    const double direct =
-        factor + solves * direct_solve * columns * (solid ? per_vertex / fill_surface : block);
-    if (cg < direct) {
+    const std::string no_room =
+        fmt::format("a factor of {} unknowns would take about {:.0f} GB", unknowns, factor_bytes / 1e9);
+    if (!fits && !multigrid) return {SolverKind::cg, no_room};
+    const double by_factor = fits ? direct : std::numeric_limits<double>::infinity();
+    if (by_cg < by_factor && (!multigrid || by_cg < by_multigrid)) {
         return {SolverKind::cg,
                 fmt::format("about {:.0f} iterations for each of {} solves cost less than a factor",
                             std::ceil(iterations), options_.expected_solves)};
     }
+    // Solves with K, one for each held vertex, and two with their refinement for each right-hand side.
+    if (for_green() != nullptr && held.size() <= most_greens_functions) {
+        const double inner = static_cast<double>(held.size()) + 4.0 * solves * columns;
+        const double by_green =
+            std::min(first_order.factor * thicker + inner * first_order.direct * thicker,
+                     first_order.setup + inner * 11.0 * first_order.cycles_a_digit * first_order.cycle);
+        if (n > worth_multigrid && by_green < std::min(by_factor, multigrid ? by_multigrid : by_factor)) {
+            return {SolverKind::green,
+                    fmt::format("{} held vertices: solves with K alone cost less", held.size())};
+        }
+    }
+    if (multigrid && by_multigrid < by_factor) {
+        return {SolverKind::multigrid,
+                fits ? fmt::format("{} solves with about {:.0f} cycles cost less than a factor",
+                                   options_.expected_solves, std::ceil(cycles))
+                     : no_room};
+    }
+    if (bilaplacian)
+        return {SolverKind::cholesky,
+                "conjugate gradients converge too slowly on K D K, and a factor costs least"};
     return {SolverKind::cholesky, fmt::format("a factor costs less than {} solves of about {:.0f} iterations",
                                               options_.expected_solves, std::ceil(iterations))};
 }
@@ -146,10 +217,27 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     std::sort(masked.begin(), masked.end());
 
     const auto unknowns = static_cast<Index>(A_->rows() - static_cast<Index>(masked.size()));
-    const Choice choice = choose(unknowns, static_cast<Index>(b.cols()));
-    LinearSummary summary =
-        choice.kind == SolverKind::cg ? solve_cg(b, masked, x) : solve_cholesky(b, masked, x);
+    const Choice choice = choose(masked, static_cast<Index>(b.cols()));
+    const bool may_fall_back = options_.kind == SolverKind::automatic &&
+                               (choice.kind == SolverKind::multigrid || choice.kind == SolverKind::green);
+    LinearSummary summary;
+    std::string failure;
+    const Block start = may_fall_back ? x : Block();
+    try {
+        summary = solve_by(choice.kind, b, masked, x);
+        if (summary.reason != StopReason::converged) failure = sentence(summary.reason);
+    } catch (const SolveError& error) {
+        if (!may_fall_back) throw;
+        failure = error.what();
+    }
     summary.why = choice.why;
+    if (may_fall_back && !failure.empty()) {
+        const LinearSummary tried = summary;
+        x = start;
+        summary = solve_by(SolverKind::cholesky, b, masked, x);
+        summary.setup_seconds += tried.setup_seconds + tried.solve_seconds;
+        summary.why = fmt::format("{} was tried first and failed: {}", name(choice.kind), failure);
+    }
     summary.tolerance = options_.tolerance;
     summary.unknowns = unknowns;
     summary.columns = static_cast<Index>(b.cols());
@@ -157,24 +245,33 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     return summary;
 }
 
-LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& held, Block& x) {
-    const Stopwatch watch;
-    CgOptions options;
+LinearSummary LinearSolver::solve_by(SolverKind kind, const Block& b, const std::vector<Index>& held,
+                                     Block& x) {
+    switch (kind) {
+        case SolverKind::cg:
+            return solve_cg(b, held, x);
+        case SolverKind::multigrid:
+            return solve_multigrid(b, held, x);
+        case SolverKind::green:
+            return solve_green(b, held, x);
+        default:
+            return solve_cholesky(b, held, x);
+    }
+}
+
+// The recurrence can fall below the true residual: starts again from x until they agree.
+void LinearSolver::iterate(CgOptions options, const Block& b, const std::vector<Index>& held, Block& x,
+                           LinearSummary& summary) const {
     options.tolerance = options_.tolerance;
     options.norm = options_.norm;
-    options.max_iterations = options_.max_iterations;
     options.progress = options_.progress;
-
-    LinearSummary summary;
-    summary.solver = "cg";
     summary.norm = options_.norm;
-    // The recurrence can fall below the true residual: start again from x until they agree.
     for (int start = 0; start < 3; ++start) {
         const CgResult result = conjugate_gradients(product_, inverse_diagonal_, held, b, x, options);
         options.max_iterations -= result.iterations;
         summary.iterations += result.iterations;
         summary.products += result.products;
-        summary.memory_bytes = result.memory_bytes;
+        summary.memory_bytes = std::max(summary.memory_bytes, result.memory_bytes);
         summary.reason = result.reason;
         summary.error = result.error;
         summary.relative_residual = result.relative_residual;
@@ -184,6 +281,113 @@ LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& h
         }
         summary.reason = StopReason::stagnated;
     }
+}
+
+// A direct solve and its refinement: the first pass solves for the whole change from the start, each later one with the
+// matrix-free residual. For K D K the residual says little, so there the size of the last refinement is the error.
+template <class Solve>
+void LinearSolver::refine(const Block& b, const std::vector<Index>& held, Block& x, LinearSummary& summary,
+                          Solve solve) {
+    const bool bilaplacian = A_->order() >= 2;
+    summary.norm = bilaplacian ? StoppingNorm::refinement : StoppingNorm::scaled_residual;
+    summary.reason = StopReason::converged;
+    Block r;
+    masked_residual(product_, held, b, x, r);
+    ++summary.products;
+    const auto zero = zero_start(product_, held, b, x);
+    summary.products += zero ? 1 : 0;
+    const Vector load = column_norms(zero ? zero->r : r, inverse_diagonal_);
+    constexpr int most_passes = 8;
+    double last = std::numeric_limits<double>::infinity();
+    Block correction;
+    for (int pass = 0; pass < most_passes; ++pass) {
+        correction = Block::Zero(x.rows(), x.cols());
+        solve(r, correction);
+        x += correction;
+        masked_residual(product_, held, b, x, r);
+        ++summary.products;
+        summary.relative_residual = worst_ratio(column_norms(r, inverse_diagonal_), load);
+        const double change = pass == 0 ? 0.0
+                                        : worst_ratio(correction.cwiseAbs().colwise().maxCoeff().transpose(),
+                                                      x.cwiseAbs().colwise().maxCoeff().transpose());
+        report(options_.progress, "refining", -1.0);
+        summary.error = bilaplacian ? change : summary.relative_residual;
+        const bool reached = bilaplacian ? pass > 0 && change <= options_.tolerance
+                                         : summary.relative_residual <= options_.tolerance;
+        summary.iterations += pass > 0 ? 1 : 0;
+        if (reached) return;
+        // Refinement that no longer halves the error has met the limit of double precision.
+        const double now = bilaplacian && pass == 0 ? std::numeric_limits<double>::infinity() : summary.error;
+        const bool slower = pass > 0 && !(now < 0.5 * last);
+        if (slower || pass + 1 == most_passes) {
+            summary.reason = StopReason::stagnated;
+            return;
+        }
+        last = now;
+    }
+}
+
+LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& held, Block& x) {
+    const Stopwatch watch;
+    LinearSummary summary;
+    summary.solver = "cg";
+    iterate({.max_iterations = options_.max_iterations}, b, held, x, summary);
+    summary.solve_seconds = watch.seconds();
+    return summary;
+}
+
+LinearSummary LinearSolver::solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x) {
+    const PdeOperator* const A = for_multigrid();
+    if (A == nullptr) {
+        throw InputError("multigrid serves sigma M + gamma_1 K + gamma_2 K D K on meshes with positions only",
+                         "use the solver auto");
+    }
+    const Stopwatch setup;
+    LinearSummary summary;
+    summary.solver = "multigrid";
+    if (!options_.hierarchy) {
+        options_.hierarchy = std::make_shared<const Hierarchy>(
+            A->graph(), *A->laplacian().points(),
+            HierarchyOptions{.radius = multigrid_radius, .progress = options_.progress});
+    }
+    if (!multigrid_ || multigrid_held_ != held) {
+        multigrid_.reset();
+        multigrid_.emplace(*A, *options_.hierarchy, held, options_.progress);
+        multigrid_held_ = held;
+        ++summary.factorizations;
+    }
+    summary.setup_seconds = setup.seconds();
+
+    const Stopwatch watch;
+    iterate({.max_iterations = std::min(most_cycles, options_.max_iterations),
+             .preconditioner = multigrid_->preconditioner()},
+            b, held, x, summary);
+    summary.memory_bytes += multigrid_->memory_bytes() + options_.hierarchy->memory_bytes();
+    summary.solve_seconds = watch.seconds();
+    return summary;
+}
+
+LinearSummary LinearSolver::solve_green(const Block& b, const std::vector<Index>& held, Block& x) {
+    const PdeOperator* const A = for_green();
+    if (A == nullptr) {
+        throw InputError("Green's functions serve K D K alone, without K and without mass",
+                         "use the solver auto");
+    }
+    const Stopwatch setup;
+    LinearSummary summary;
+    summary.solver = "green";
+    if (!green_ || green_->held() != held) {
+        green_.reset();
+        green_ = std::make_unique<GreensFunctions>(
+            A->laplacian(), held,
+            LinearSolverOptions{.hierarchy = options_.hierarchy, .progress = options_.progress});
+    }
+    summary.setup_seconds = setup.seconds();
+
+    const Stopwatch watch;
+    refine(b, held, x, summary,
+           [&](const Block& r, Block& correction) { green_->solve(A->gamma()[1], r, correction, summary); });
+    summary.memory_bytes = green_->memory_bytes();
     summary.solve_seconds = watch.seconds();
     return summary;
 }
@@ -237,46 +441,15 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
 
     const Stopwatch watch;
     const auto n = static_cast<Eigen::Index>(free_.size());
-    Block r;
     Block r_free(n, b.cols());
-    Block correction;
-    // The first pass solves for the whole change from the start; each later one refines with the matrix-free residual.
-    // For K D K the residual says little, so there the size of the last refinement is the error.
-    masked_residual(product_, held, b, x, r);
-    ++summary.products;
-    const auto zero = zero_start(product_, held, b, x);
-    summary.products += zero ? 1 : 0;
-    const Vector load = column_norms(zero ? zero->r : r, inverse_diagonal_);
-    const bool bilaplacian = A_->order() >= 2;
-    constexpr int most_passes = 8;
-    double last = std::numeric_limits<double>::infinity();
-    for (int pass = 0; pass < most_passes; ++pass) {
+    Block x_free;
+    refine(b, held, x, summary, [&](const Block& r, Block& correction) {
         for (Eigen::Index v = 0; v < n; ++v)
             r_free.row(v) = r.row(free_[static_cast<std::size_t>(v)]);
-        factor_->solve(r_free, correction);
+        factor_->solve(r_free, x_free);
         for (Eigen::Index v = 0; v < n; ++v)
-            x.row(free_[static_cast<std::size_t>(v)]) += correction.row(v);
-        masked_residual(product_, held, b, x, r);
-        ++summary.products;
-        summary.relative_residual = worst_ratio(column_norms(r, inverse_diagonal_), load);
-        const double change = pass == 0 ? 0.0
-                                        : worst_ratio(correction.cwiseAbs().colwise().maxCoeff().transpose(),
-                                                      x.cwiseAbs().colwise().maxCoeff().transpose());
-        report(options_.progress, "refining", -1.0);
-        summary.error = bilaplacian ? change : summary.relative_residual;
-        summary.iterations = pass;
-        const bool reached = bilaplacian ? pass > 0 && change <= options_.tolerance
-                                         : summary.relative_residual <= options_.tolerance;
-        if (reached) break;
-        // Refinement that no longer halves the error has met the limit of double precision.
-        const double now = bilaplacian && pass == 0 ? std::numeric_limits<double>::infinity() : summary.error;
-        const bool slower = pass > 0 && !(now < 0.5 * last);
-        if (slower || pass + 1 == most_passes) {
-            summary.reason = StopReason::stagnated;
-            break;
-        }
-        last = now;
-    }
+            correction.row(free_[static_cast<std::size_t>(v)]) = x_free.row(v);
+    });
     summary.solve_seconds = watch.seconds();
     return summary;
 }

@@ -1,4 +1,5 @@
-// A x = b for a PdeOperator or any other LinearOperator, with held vertices: chooses conjugate gradients or Cholesky, and says why.
+// A x = b for a PdeOperator or any other LinearOperator, with held vertices: chooses among conjugate gradients with the
+// diagonal or with multigrid, Cholesky and Green's functions, and says why.
 //
 //     LinearSolver solver(A, {.tolerance = 1e-10});
 //     Constraints held{{120, 0.0}, {8999, 1.0}};
@@ -23,11 +24,22 @@
 #include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/solvers/cholesky.hpp"
 #include "beltrami/solvers/conjugate_gradients.hpp"
+#include "beltrami/solvers/greens_functions.hpp"
+#include "beltrami/solvers/hierarchy.hpp"
 #include "beltrami/solvers/linear_summary.hpp"
+#include "beltrami/solvers/multigrid.hpp"
 
 namespace beltrami {
 
-enum class SolverKind { automatic, cg, cholesky };
+enum class SolverKind {
+    automatic,
+    cg,         ///< conjugate gradients with the diagonal as preconditioner
+    multigrid,  ///< conjugate gradients with a V-cycle; a PdeOperator of order 1 or 2 on a mesh with positions
+    cholesky,
+    green  ///< K D K alone with few held vertices, by solves with K
+};
+/// The word of the program's --solver: "auto", "cg", "multigrid", "cholesky", "green".
+std::string_view name(SolverKind kind);
 
 struct LinearSolverOptions {
     SolverKind kind = SolverKind::automatic;
@@ -40,6 +52,9 @@ struct LinearSolverOptions {
     int max_iterations = 50000;
     /// How often solve() will be called with the same held vertices: what makes a factor worth its cost.
     int expected_solves = 1;
+    /// Of the operator's mesh, for multigrid. Where none is given it is made when it is first wanted: to share it among
+    /// solvers on one mesh, hand them LinearSolver::hierarchy() of the first.
+    std::shared_ptr<const Hierarchy> hierarchy = nullptr;
     const Progress* progress = nullptr;
 
     /// Throws InputError for a tolerance or a count that is not positive.
@@ -62,6 +77,9 @@ class LinearSolver {
 
     [[nodiscard]] const LinearOperator& op() const { return *A_; }
 
+    /// What multigrid made or was given; null before.
+    [[nodiscard]] const std::shared_ptr<const Hierarchy>& hierarchy() const { return options_.hierarchy; }
+
     /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of Kim &
     /// Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over each component.
     void reaction(const Block& b, const Block& x, const Constraints& held, Block& f) const;
@@ -71,9 +89,19 @@ class LinearSolver {
         SolverKind kind;
         std::string why;
     };
-    [[nodiscard]] Choice choose(Index unknowns, Index columns) const;
+    [[nodiscard]] Choice choose(const std::vector<Index>& held, Index columns) const;
+    LinearSummary solve_by(SolverKind kind, const Block& b, const std::vector<Index>& held, Block& x);
+    [[nodiscard]] const PdeOperator* for_multigrid() const;
+    [[nodiscard]] const PdeOperator* for_green() const;
     void factor(const std::vector<Index>& held);
     LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
+    LinearSummary solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x);
+    LinearSummary solve_green(const Block& b, const std::vector<Index>& held, Block& x);
+    template <class Solve>
+    void refine(const Block& b, const std::vector<Index>& held, Block& x, LinearSummary& summary,
+                Solve solve);
+    void iterate(CgOptions options, const Block& b, const std::vector<Index>& held, Block& x,
+                 LinearSummary& summary) const;
     LinearSummary solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x);
 
     std::shared_ptr<const LinearOperator> A_;
@@ -87,6 +115,10 @@ class LinearSolver {
     std::optional<Cholesky> factor_;
     std::vector<Index> factored_held_;
     std::vector<Index> free_;  // the vertex of each row of the factor
+
+    std::optional<Multigrid> multigrid_;
+    std::vector<Index> multigrid_held_;
+    std::unique_ptr<GreensFunctions> green_;
 };
 
 }  // namespace beltrami

@@ -41,8 +41,8 @@ std::string_view sentence(StopReason reason) {
 std::string LinearSummary::brief() const {
     return fmt::format("{}: {}{} {} to {:.1e} ({}) for {} unknowns x {} in {:.2f} s", solver,
                        converged ? "" : "NOT CONVERGED, ", iterations,
-                       solver == "cg" ? "iterations" : "refinements", error, name(norm), unknowns, columns,
-                       setup_seconds + solve_seconds);
+                       solver == "cg" || solver == "multigrid" ? "iterations" : "refinements", error,
+                       name(norm), unknowns, columns, setup_seconds + solve_seconds);
 }
 
 std::string LinearSummary::full() const {
@@ -88,8 +88,9 @@ void require_converged(const LinearSummary& summary) {
         fmt::format("the {} solve stopped at {:.1e} ({}) after {} iterations, short of {:.1e}: {}",
                     summary.solver, summary.error, name(summary.norm), summary.iterations, summary.tolerance,
                     sentence(summary.reason)),
-        summary.solver == "cg" ? "try the solver cholesky, a larger tolerance or more iterations"
-                               : "look at the mesh with `beltrami info`: slivers make operators singular");
+        summary.solver == "cg" || summary.solver == "multigrid"
+            ? "try the solver cholesky, a larger tolerance or more iterations"
+            : "look at the mesh with `beltrami info`: slivers make operators singular");
 }
 
 }  // namespace beltrami

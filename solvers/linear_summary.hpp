@@ -26,7 +26,7 @@ enum class StopReason { converged, iteration_limit, stagnated, not_definite };
 std::string_view sentence(StopReason reason);
 
 struct LinearSummary {
-    std::string solver;  ///< "cg" or "cholesky"
+    std::string solver;  ///< "cg", "multigrid", "cholesky" or "green"
     std::string why;     ///< why it was chosen
     StopReason reason = StopReason::iteration_limit;
     bool converged = false;

@@ -5,207 +5,231 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/solvers/cholesky.hpp"
+#include "beltrami/solvers/gauss_seidel.hpp"
+#include "beltrami/solvers/normal_gauss_seidel.hpp"
+#include "beltrami/solvers/sparse_rows.hpp"
 
 namespace beltrami {
 
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double>;
-
-// Rows from which threads gain, and stretches of rows that are swept at once.
-constexpr Index worth_threads = 20000;
-constexpr int most_stretches = 4;
-
 std::size_t at(Eigen::Index i) {
     return static_cast<std::size_t>(i);
 }
 
-struct Level {
-    Index n = 0;
-    int stretches = 1;
-    // Rows without their diagonal, columns ascending: first those before the row's stretch, then those in it before the
-    // row, then those behind the row.
-    std::vector<Index> begin;
-    std::vector<Index> in_stretch;
-    std::vector<Index> behind;
-    std::vector<Index> columns;
-    std::vector<float> values;
-    std::vector<float> diagonal;
-    std::vector<float> inverse;  // of the diagonal; 0 for rows that are held
-    // Interpolation from the next coarser level, by rows; empty on the coarsest.
-    std::vector<Index> from_begin;
-    std::vector<Index> from;
-    std::vector<float> weights;
-    // Of a cycle: solution, right-hand side, residual or correction; n x k.
-    std::vector<float> x;
-    std::vector<float> b;
-    std::vector<float> e;
+// From a coarser level to a finer one, in floats.
+class Interpolation {
+  public:
+    Interpolation() = default;
+    explicit Interpolation(const SparseRows& P) {
+        const Index n = P.rows();
+        begin_.reserve(at(n) + 1);
+        entry_.reserve(at(n));
+        for (Index i = 0; i < n; ++i) {
+            Index filled = 4;
+            P.for_row(i, [&](Index j, double w) {
+                if (filled == 4) {
+                    entry_.push_back({{j, j, j, j}, {0.0F, 0.0F, 0.0F, 0.0F}});
+                    filled = 0;
+                }
+                entry_.back().column[at(filled)] = j;
+                entry_.back().value[at(filled++)] = static_cast<float>(w);
+            });
+            begin_.push_back(static_cast<Index>(entry_.size()));
+        }
+        // Restriction adds to coarse rows: stretches of fine rows that are apart by one touch none in common.
+        for (stretches_ = std::clamp(n / 10000, 1, 16); stretches_ > 1; --stretches_) {
+            std::vector<Index> lowest(at(stretches_), P.columns);
+            std::vector<Index> highest(at(stretches_), -1);
+            for (int s = 0; s < stretches_; ++s) {
+                for (Index i = first(s); i < first(s + 1); ++i) {
+                    P.for_row(i, [&](Index j, double) {
+                        lowest[at(s)] = std::min(lowest[at(s)], j);
+                        highest[at(s)] = std::max(highest[at(s)], j);
+                    });
+                }
+            }
+            bool apart = true;
+            Index so_far = -1;
+            for (int s = 2; s < stretches_; ++s) {
+                so_far = std::max(so_far, highest[at(s - 2)]);
+                apart = apart && lowest[at(s)] > so_far;
+            }
+            if (apart) break;
+        }
+    }
 
-    [[nodiscard]] Index first_row(int stretch) const {
-        return static_cast<Index>(static_cast<std::ptrdiff_t>(n) * stretch / stretches);
+    // coarse = P^T f(i), where f gives the numbers of a fine row.
+    template <int K, class Function>
+    void restrict(Index coarse_rows, float* coarse, Function f) const {
+        std::fill_n(coarse, K * at(coarse_rows), 0.0F);
+        for (int parity = 0; parity < 2; ++parity) {
+#pragma omp parallel for schedule(static) if (stretches_ > 1)
+            for (int s = parity; s < stretches_; s += 2) {
+                const FlushToZero flush;
+                for (Index i = first(s); i < first(s + 1); ++i) {
+                    const FloatRow<K> numbers = f(i);
+                    for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e) {
+                        for (std::size_t f = 0; f < 4; ++f)
+                            numbers.add_to(entry_[at(e)].value[f], coarse + K * at(entry_[at(e)].column[f]));
+                    }
+                }
+            }
+        }
+    }
+    // Row i of P coarse.
+    template <int K>
+    [[nodiscard]] FloatRow<K> row(Index i, const float* coarse) const {
+        FloatRow<K> sum;
+        for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e) {
+            for (std::size_t f = 0; f < 4; ++f)
+                sum.add(entry_[at(e)].value[f], coarse + K * at(entry_[at(e)].column[f]));
+        }
+        return sum;
+    }
+    // fine += P coarse.
+    template <int K>
+    void add(const float* coarse, float* fine) const {
+#pragma omp parallel for schedule(static) if (stretches_ > 1)
+        for (int s = 0; s < stretches_; ++s) {
+            const FlushToZero flush;
+            for (Index i = first(s); i < first(s + 1); ++i)
+                row<K>(i, coarse).add_to(1.0F, fine + K * at(i));
+        }
     }
     [[nodiscard]] std::size_t memory_bytes() const {
-        return (begin.size() + in_stretch.size() + behind.size() + columns.size() + from_begin.size() +
-                from.size()) *
-                   sizeof(Index) +
-               (values.size() + diagonal.size() + inverse.size() + weights.size() + x.size() + b.size() +
-                e.size()) *
-                   sizeof(float);
+        return entry_.size() * sizeof(FourEntries) + begin_.size() * sizeof(Index);
+    }
+
+  private:
+    [[nodiscard]] Index first(int s) const {
+        return static_cast<Index>(static_cast<std::ptrdiff_t>(begin_.size() - 1) * s / stretches_);
+    }
+    std::vector<Index> begin_{0};
+    std::vector<FourEntries> entry_;
+    int stretches_ = 1;
+};
+
+struct Level {
+    GaussSeidel stored;
+    std::optional<NormalGaussSeidel> normal;  // takes its place on the finest level of an operator with K D K
+    Interpolation from_coarser;               // empty on the coarsest
+    std::vector<float> x;                     // n x k, as b
+    std::vector<float> b;
+    std::vector<float> w;  // of NormalGaussSeidel
+
+    [[nodiscard]] Index n() const { return normal ? normal->rows() : stored.rows(); }
+    [[nodiscard]] bool is_held(Index i) const { return normal ? normal->is_held(i) : stored.is_held(i); }
+    [[nodiscard]] std::size_t memory_bytes() const {
+        return (normal ? normal->memory_bytes() : stored.memory_bytes()) + from_coarser.memory_bytes() +
+               (x.size() + b.size() + w.size()) * sizeof(float);
+    }
+
+    // x from zero; the residual goes to `coarse`.
+    template <int K>
+    void descend(Level& coarser) {
+        if (normal) {
+            normal->down<K>(b.data(), x.data(), w.data());
+            from_coarser.restrict<K>(coarser.n(), coarser.b.data(), [&](Index i) {
+                return normal->residual<K>(i, b.data(), x.data(), w.data());
+            });
+        } else {
+            stored.down<K>(b.data(), x.data());
+            from_coarser.restrict<K>(coarser.n(), coarser.b.data(),
+                                     [&](Index i) { return stored.residual_of_down<K>(i, x.data()); });
+        }
+    }
+    // With the correction of the coarser level.
+    template <int K>
+    void ascend(const Level& coarser) {
+        if (normal) {
+            normal->add<K>([&](Index i) { return from_coarser.row<K>(i, coarser.x.data()); }, x.data(),
+                           w.data());
+            normal->up<K>(b.data(), x.data(), w.data());
+        } else {
+            from_coarser.add<K>(coarser.x.data(), x.data());
+            stored.up<K>(b.data(), x.data());
+        }
     }
 };
 
-// K numbers of a row.
-template <int K>
-struct Numbers {
-    std::array<float, K> v{};
-    explicit Numbers() = default;
-    explicit Numbers(const float* p) { std::copy_n(p, K, v.begin()); }
-    void add(float w, const float* p) {
-        for (int c = 0; c < K; ++c)
-            v[c] += w * p[c];
+// The rows of P, without those that are held.
+SparseRows masked(const Hierarchy::Prolongation& P, const std::vector<char>& held) {
+    SparseRows rows;
+    rows.columns = static_cast<Index>(P.cols());
+    rows.begin.reserve(at(P.rows()) + 1);
+    rows.column.reserve(at(P.nonZeros()));
+    rows.value.reserve(at(P.nonZeros()));
+    for (Index i = 0; i < P.rows(); ++i) {
+        for (Hierarchy::Prolongation::InnerIterator entry(P, i); entry && held[at(i)] == 0; ++entry) {
+            rows.column.push_back(static_cast<Index>(entry.col()));
+            rows.value.push_back(entry.value());
+        }
+        rows.begin.push_back(static_cast<Index>(rows.column.size()));
     }
-    void store(float w, float* p) const {
-        for (int c = 0; c < K; ++c)
-            p[c] = w * v[c];
+    return rows;
+}
+
+// The geometric mean of what is positive; 1 where nothing is.
+double typical(const Vector& diagonal) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double d : diagonal) {
+        if (!(d > 0.0)) continue;
+        sum += std::log(d);
+        ++count;
+    }
+    return count > 0.0 ? std::exp(sum / count) : 1.0;
+}
+
+// (I - omega diag(K)^-1 K) by rows, without rows that are held.
+template <class Rows>
+struct JacobiRows {
+    const Rows& K;
+    const std::vector<double>& weight;  // omega / K_ii, 0 where it is held
+
+    template <class Function>
+    void for_row(Index i, Function f) const {
+        const double w = weight[at(i)];
+        if (w == 0.0) return;
+        K.for_row(i, [&](Index j, double a) { f(j, (i == j ? 1.0 : 0.0) - w * a); });
     }
 };
 
-// work(stretch) of each stretch.
-template <class Work>
-void for_stretches(const Level& level, Work work) {
-#pragma omp parallel for schedule(static, 1) if (level.stretches > 1)
-    for (int s = 0; s < level.stretches; ++s)
-        work(s);
-}
-
-// x = (D + L)^-1 b in each stretch.
-template <int K>
-void sweep_down(Level& level) {
-    for_stretches(level, [&](int s) {
-        for (Index i = level.first_row(s); i < level.first_row(s + 1); ++i) {
-            Numbers<K> sum(level.b.data() + K * i);
-            for (Index e = level.in_stretch[at(i)]; e < level.behind[at(i)]; ++e)
-                sum.add(-level.values[at(e)], level.x.data() + K * level.columns[at(e)]);
-            sum.store(level.inverse[at(i)], level.x.data() + K * i);
-        }
-    });
-}
-
-// e = b - A x where sweep_down() made x: what it has seen cancels.
-template <int K>
-void residual_after_sweep(Level& level) {
-    for_stretches(level, [&](int s) {
-        for (Index i = level.first_row(s); i < level.first_row(s + 1); ++i) {
-            Numbers<K> sum;
-            for (Index e = level.begin[at(i)]; e < level.in_stretch[at(i)]; ++e)
-                sum.add(-level.values[at(e)], level.x.data() + K * level.columns[at(e)]);
-            for (Index e = level.behind[at(i)]; e < level.begin[at(i + 1)]; ++e)
-                sum.add(-level.values[at(e)], level.x.data() + K * level.columns[at(e)]);
-            sum.store(1.0F, level.e.data() + K * i);
-        }
-    });
-}
-
-// x += (D + U)^-1 (b - A x) in each stretch.
-template <int K>
-void sweep_up(Level& level) {
-    for_stretches(level, [&](int s) {
-        for (Index i = level.first_row(s); i < level.first_row(s + 1); ++i) {
-            Numbers<K> sum(level.b.data() + K * i);
-            sum.add(-level.diagonal[at(i)], level.x.data() + K * i);
-            for (Index e = level.begin[at(i)]; e < level.begin[at(i + 1)]; ++e)
-                sum.add(-level.values[at(e)], level.x.data() + K * level.columns[at(e)]);
-            sum.store(1.0F, level.e.data() + K * i);
-        }
-    });
-    for_stretches(level, [&](int s) {
-        const Index last = level.first_row(s + 1);
-        for (Index i = last; i-- > level.first_row(s);) {
-            Numbers<K> sum(level.e.data() + K * i);
-            for (Index e = level.behind[at(i)]; e < level.begin[at(i + 1)] && level.columns[at(e)] < last;
-                 ++e)
-                sum.add(-level.values[at(e)], level.e.data() + K * level.columns[at(e)]);
-            sum.store(level.inverse[at(i)], level.e.data() + K * i);
-            for (int c = 0; c < K; ++c)
-                level.x[at(K * i + c)] += level.e[at(K * i + c)];
-        }
-    });
-}
-
-// The coarse b = P^T e.
-template <int K>
-void restrict_residual(const Level& fine, Level& coarse) {
-    std::fill_n(coarse.b.begin(), K * coarse.n, 0.0F);
-    for (Index i = 0; i < fine.n; ++i) {
-        for (Index p = fine.from_begin[at(i)]; p < fine.from_begin[at(i + 1)]; ++p) {
-            float* const to = coarse.b.data() + K * fine.from[at(p)];
-            for (int c = 0; c < K; ++c)
-                to[c] += fine.weights[at(p)] * fine.e[at(K * i + c)];
-        }
+// One step of Jacobi's iteration on every column of P: what K D K needs, whose energy sees the creases of linear interpolation.
+template <class Rows>
+SparseRows smoothed(Index n, const Rows& K, const SparseRows& P, const std::vector<char>& held) {
+    constexpr double omega = 0.66;
+    std::vector<double> weight(at(n), 0.0);
+    for (Index i = 0; i < n; ++i) {
+        if (held[at(i)] != 0) continue;
+        K.for_row(i, [&](Index j, double a) {
+            if (i == j && a > 0.0) weight[at(i)] = omega / a;
+        });
     }
+    return product(n, JacobiRows<Rows>{K, weight}, P);
 }
 
-// x += P (the coarse x).
-template <int K>
-void interpolate(const Level& coarse, Level& fine) {
-    for_stretches(fine, [&](int s) {
-        for (Index i = fine.first_row(s); i < fine.first_row(s + 1); ++i) {
-            Numbers<K> sum(fine.x.data() + K * i);
-            for (Index p = fine.from_begin[at(i)]; p < fine.from_begin[at(i + 1)]; ++p)
-                sum.add(fine.weights[at(p)], coarse.x.data() + K * fine.from[at(p)]);
-            sum.store(1.0F, fine.x.data() + K * i);
-        }
-    });
-}
-
-Level level_of(const Matrix& A) {
-    Level level;
-    level.n = static_cast<Index>(A.rows());
-    level.stretches = level.n < worth_threads ? 1 : most_stretches;
-    level.begin.reserve(at(level.n) + 1);
-    level.diagonal.assign(at(level.n), 0.0F);
-    level.inverse.assign(at(level.n), 0.0F);
-    level.columns.reserve(at(A.nonZeros()));
-    level.values.reserve(at(A.nonZeros()));
-    for (int s = 0; s < level.stretches; ++s) {
-        const Index first = level.first_row(s);
-        for (Index i = first; i < level.first_row(s + 1); ++i) {
-            const auto start = static_cast<Index>(level.columns.size());
-            Index before = start;
-            Index lower = start;
-            // A is symmetric: its columns are its rows.
-            for (Matrix::InnerIterator entry(A, i); entry; ++entry) {
-                const auto j = static_cast<Index>(entry.row());
-                if (j == i) {
-                    level.diagonal[at(i)] = static_cast<float>(entry.value());
-                    level.inverse[at(i)] =
-                        entry.value() > 0.0 ? static_cast<float>(1.0 / entry.value()) : 0.0F;
-                    continue;
-                }
-                before += j < first ? 1 : 0;
-                lower += j < i ? 1 : 0;
-                level.columns.push_back(j);
-                level.values.push_back(static_cast<float>(entry.value()));
-            }
-            level.begin.push_back(start);
-            level.in_stretch.push_back(before);
-            level.behind.push_back(lower);
-        }
+SparseRows scaled_rows(const Vector& scale, SparseRows A) {
+    for (Index i = 0; i < A.rows(); ++i) {
+        for (Index e = A.begin[at(i)]; e < A.begin[at(i + 1)]; ++e)
+            A.value[at(e)] *= scale[i];
     }
-    level.begin.push_back(static_cast<Index>(level.columns.size()));
-    return level;
+    return A;
 }
 
 }  // namespace
 
 struct Multigrid::Levels {
     std::vector<Level> levels;
+    double unit = 1.0;  // what A was divided by
     std::optional<Cholesky> coarsest;
     std::vector<Index> factored;  // rows of the coarsest level in its factor
     std::vector<Index> held;
@@ -216,64 +240,99 @@ struct Multigrid::Levels {
     void cycle(const Block& r, Block& z, Eigen::Index first);
     template <int K>
     void solve_coarsest();
+    void factor(const SparseRows& A);
 };
 
-Multigrid::Multigrid(const Matrix& A, const Hierarchy& hierarchy, std::span<const Index> held,
+Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span<const Index> held,
                      const Progress* progress)
     : levels_(std::make_unique<Levels>()) {
-    if (A.rows() != hierarchy.size(0) || A.cols() != A.rows()) {
-        throw InputError(fmt::format("an operator of {} x {} meets a hierarchy of {} vertices", A.rows(),
-                                     A.cols(), hierarchy.size(0)),
+    if (A.rows() != hierarchy.size(0)) {
+        throw InputError(fmt::format("an operator of {} rows meets a hierarchy of {} vertices", A.rows(),
+                                     hierarchy.size(0)),
                          "make both of the same mesh");
     }
-    std::vector<char> masked(at(A.rows()), 0);
+    if (A.order() < 1 || A.order() > 2)
+        throw InputError(
+            "a multigrid is for sigma M + gamma_1 K + gamma_2 K D K, with one gamma that is not zero at "
+            "least",
+            "use another solver");
+    // In a unit of its own, so that floats hold it in any unit of length.
+    levels_->unit = typical(A.diagonal());
+    std::vector<double> gamma = A.gamma();
+    for (double& g : gamma)
+        g /= levels_->unit;
+    const PdeOperator scaled(A.laplacian(), A.sigma() / levels_->unit, gamma);
+    const EdgeOperator<double>& K = A.laplacian().stiffness();
+    const bool bilaplacian = A.order() == 2;
+    const StiffnessRows plain{K, gamma[0], scaled.sigma(), &A.laplacian().mass()};
+
+    std::vector<char> is_held(at(A.rows()), 0);
     for (const Index i : held)
-        masked[at(i)] = 1;
-    Matrix fine = A;
-    fine.prune(
-        [&](Eigen::Index i, Eigen::Index j, double) { return masked[at(i)] == 0 && masked[at(j)] == 0; });
+        is_held[at(i)] = 1;
+    SparseRows coarse;    // A on the level
+    SparseRows coarse_K;  // K on the level, where interpolation is smoothed with it
     for (int l = 0;; ++l) {
         report(progress, "multigrid", static_cast<double>(l) / hierarchy.level_count());
-        Level& level = levels_->levels.emplace_back(level_of(fine));
-        if (l == 0) {
-            for (Index i = 0; i < level.n; ++i) {
-                if (level.inverse[at(i)] == 0.0F) levels_->held.push_back(i);
-            }
+        Level& level = levels_->levels.emplace_back();
+        if (l > 0) {
+            level.stored = GaussSeidel(coarse.rows(), coarse, is_held);
+        } else if (bilaplacian) {
+            level.normal.emplace(scaled, is_held);
+        } else {
+            level.stored = GaussSeidel(A.rows(), plain, is_held);
+        }
+        for (Index i = 0; i < level.n(); ++i) {
+            is_held[at(i)] = level.is_held(i) ? 1 : 0;
+            if (l == 0 && is_held[at(i)] != 0) levels_->held.push_back(i);
         }
         if (l + 1 == hierarchy.level_count()) break;
-        Hierarchy::Prolongation P = hierarchy.prolongation(l);
-        P.prune([&](Eigen::Index i, Eigen::Index, double) { return level.inverse[at(i)] != 0.0F; });
-        level.from_begin.assign(P.outerIndexPtr(), P.outerIndexPtr() + P.rows() + 1);
-        level.from.assign(P.innerIndexPtr(), P.innerIndexPtr() + P.nonZeros());
-        level.weights.resize(at(P.nonZeros()));
-        std::transform(P.valuePtr(), P.valuePtr() + P.nonZeros(), level.weights.begin(),
-                       [](double w) { return static_cast<float>(w); });
-        fine = galerkin_product(fine, P);
+        SparseRows P = masked(hierarchy.prolongation(l), is_held);
+        if (!bilaplacian) {
+            coarse = product(transpose(P), l == 0 ? product(A.rows(), plain, P) : product(coarse, P));
+        } else if (l == 0) {
+            P = smoothed(A.rows(), StiffnessRows{K}, P, is_held);
+            const SparseRows KP = product(A.rows(), StiffnessRows{K}, P);
+            coarse = product(transpose(KP), scaled_rows(gamma[1] * A.laplacian().inverse_mass(), KP));
+            const SparseRows restriction = transpose(P);
+            coarse_K = product(restriction, KP);
+            if (gamma[0] > 0.0 || scaled.sigma() > 0.0)
+                coarse = sum(coarse, product(restriction, product(A.rows(), plain, P)));
+        } else {
+            P = smoothed(coarse_K.rows(), coarse_K, P, is_held);
+            const SparseRows restriction = transpose(P);
+            coarse = product(restriction, product(coarse, P));
+            coarse_K = product(restriction, product(coarse_K, P));
+        }
+        level.from_coarser = Interpolation(P);
+        is_held.assign(at(coarse.rows()), 0);
     }
-    // Where nothing holds a piece A is singular there: a little of its diagonal makes it definite. So much that the rounding
-    // of floats in a residual, which has no constant part, does not become a large constant.
-    const Level& last = levels_->levels.back();
-    std::vector<Index> number(at(last.n), -1);
-    for (Index i = 0; i < last.n; ++i) {
-        if (last.inverse[at(i)] == 0.0F) continue;
-        number[at(i)] = static_cast<Index>(levels_->factored.size());
-        levels_->factored.push_back(i);
+    if (levels_->levels.size() == 1) coarse = rows_of(scaled.to_sparse());
+    levels_->factor(coarse);
+}
+
+// Where nothing holds a piece A is singular there: a little of its diagonal makes it definite. So much that the rounding of
+// floats in a residual, which has no constant part, does not become a large constant.
+void Multigrid::Levels::factor(const SparseRows& A) {
+    const Level& last = levels.back();
+    std::vector<Index> number(at(last.n()), -1);
+    for (Index i = 0; i < last.n(); ++i) {
+        if (last.is_held(i)) continue;
+        number[at(i)] = static_cast<Index>(factored.size());
+        factored.push_back(i);
     }
-    const auto size = static_cast<Eigen::Index>(levels_->factored.size());
+    const auto size = static_cast<Eigen::Index>(factored.size());
     if (size == 0) return;
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(at(fine.nonZeros()));
-    for (const Index j : levels_->factored) {
-        for (Matrix::InnerIterator entry(fine, j); entry; ++entry) {
-            const Index i = number[at(entry.row())];
-            if (i < 0) continue;
-            const double more = entry.row() == j ? 1.0 + 1e-6 : 1.0;
-            entries.emplace_back(i, number[at(j)], more * entry.value());
-        }
+    entries.reserve(A.column.size());
+    for (const Index i : factored) {
+        A.for_row(i, [&](Index j, double a) {
+            if (number[at(j)] < 0) return;
+            entries.emplace_back(number[at(i)], number[at(j)], i == j ? a * (1.0 + 1e-6) : a);
+        });
     }
-    Matrix coarsest(size, size);
-    coarsest.setFromTriplets(entries.begin(), entries.end());
-    levels_->coarsest.emplace(coarsest, Cholesky::Ordering::amd);
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    coarsest.emplace(matrix, Cholesky::Ordering::amd);
 }
 Multigrid::Multigrid(Multigrid&&) noexcept = default;
 Multigrid& Multigrid::operator=(Multigrid&&) noexcept = default;
@@ -282,7 +341,7 @@ Multigrid::~Multigrid() = default;
 template <int K>
 void Multigrid::Levels::solve_coarsest() {
     Level& level = levels.back();
-    std::fill(level.x.begin(), level.x.begin() + K * level.n, 0.0F);
+    std::fill_n(level.x.begin(), K * at(level.n()), 0.0F);
     if (!coarsest) return;
     coarse_b.resize(static_cast<Eigen::Index>(factored.size()), K);
     for (std::size_t i = 0; i < factored.size(); ++i) {
@@ -300,34 +359,30 @@ void Multigrid::Levels::solve_coarsest() {
 template <int K>
 void Multigrid::Levels::cycle(const Block& r, Block& z, Eigen::Index first) {
     for (Level& level : levels) {
-        const std::size_t size = K * at(level.n);
+        const std::size_t size = K * at(level.n());
         if (level.x.size() >= size) continue;
         level.x.resize(size);
         level.b.resize(size);
-        level.e.resize(size);
+        if (level.normal) level.w.resize(size);
     }
     // Scaled, so that floats hold it.
     std::array<double, K> scale{};
     for (int c = 0; c < K; ++c)
         scale[c] = r.col(first + c).cwiseAbs().maxCoeff();
     Level& finest = levels.front();
-    for (Index i = 0; i < finest.n; ++i) {
+    for (Index i = 0; i < finest.n(); ++i) {
         for (int c = 0; c < K; ++c)
             finest.b[at(K * i + c)] = scale[c] > 0.0 ? static_cast<float>(r(i, first + c) / scale[c]) : 0.0F;
     }
     for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
-        sweep_down<K>(levels[l]);
-        residual_after_sweep<K>(levels[l]);
-        restrict_residual<K>(levels[l], levels[l + 1]);
+        levels[l].descend<K>(levels[l + 1]);
     }
     solve_coarsest<K>();
-    for (std::size_t l = levels.size() - 1; l-- > 0;) {
-        interpolate<K>(levels[l + 1], levels[l]);
-        sweep_up<K>(levels[l]);
-    }
-    for (Index i = 0; i < finest.n; ++i) {
+    for (std::size_t l = levels.size() - 1; l-- > 0;)
+        levels[l].ascend<K>(levels[l + 1]);
+    for (Index i = 0; i < finest.n(); ++i) {
         for (int c = 0; c < K; ++c)
-            z(i, first + c) = scale[c] * finest.x[at(K * i + c)];
+            z(i, first + c) = scale[c] / unit * finest.x[at(K * i + c)];
     }
     for (const Index i : held)
         z.row(i).segment(first, K).setZero();
@@ -365,11 +420,11 @@ int Multigrid::level_count() const {
     return static_cast<int>(levels_->levels.size());
 }
 Index Multigrid::size(int level) const {
-    return levels_->levels.at(at(level)).n;
+    return levels_->levels.at(at(level)).n();
 }
 double Multigrid::entries_per_row(int level) const {
     const Level& l = levels_->levels.at(at(level));
-    return 1.0 + static_cast<double>(l.columns.size()) / std::max<Index>(l.n, 1);
+    return l.normal ? l.normal->entries_per_row() : l.stored.entries_per_row();
 }
 std::size_t Multigrid::memory_bytes() const {
     std::size_t bytes = levels_->coarsest ? levels_->coarsest->memory_bytes() : 0;

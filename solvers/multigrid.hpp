@@ -1,7 +1,7 @@
 // A V-cycle over the hierarchy of a mesh's graph: about A^-1 r, for A = sigma M + gamma K with held vertices.
 //
 //     const Hierarchy hierarchy(laplacian.graph(), points);       // serves every operator and every set of held vertices
-//     const Multigrid cycle(A.to_sparse(), hierarchy, held);
+//     const Multigrid cycle(A, hierarchy, held);
 //     cycle.apply(r, z);                                          // z = B r, B ~ A^-1 on the rows that are not held
 //     conjugate_gradients(product, inverse_diagonal, held, b, x, {.preconditioner = cycle.preconditioner()});
 //
@@ -18,7 +18,7 @@
 
 #include "beltrami/framework/progress.hpp"
 #include "beltrami/framework/types.hpp"
-#include "beltrami/operators/linear_operator.hpp"
+#include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/solvers/hierarchy.hpp"
 
 namespace beltrami {
@@ -28,7 +28,7 @@ class Multigrid {
     /// A: n x n, symmetric positive semidefinite, both triangles; n = hierarchy.size(0). held: ascending. Rows of A that are
     /// zero are taken as held. Throws InputError for another n, SolveError where A is not positive semidefinite on the coarsest
     /// level, Cancelled.
-    Multigrid(const Eigen::SparseMatrix<double>& A, const Hierarchy& hierarchy, std::span<const Index> held,
+    Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span<const Index> held,
               const Progress* progress = nullptr);
     Multigrid(Multigrid&&) noexcept;
     Multigrid& operator=(Multigrid&&) noexcept;

@@ -128,8 +128,8 @@ void Run::add_options(CLI::App& command, Wants wants) {
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
     command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
     if (wants.solver) {
-        command.add_option("--solver", solver_, "auto, cg or cholesky (default: auto)")
-            ->check(CLI::IsMember({"auto", "cg", "cholesky"}))
+        command.add_option("--solver", solver_, "auto, cg, multigrid, cholesky or green (default: auto)")
+            ->check(CLI::IsMember({"auto", "cg", "multigrid", "cholesky", "green"}))
             ->option_text("NAME");
         command.add_option("--tolerance", tolerance_, "where solves stop (default: 1e-10)")->option_text("X");
         command.add_option("--max-iterations", max_iterations_, "the limit for cg (default: 50000)")
@@ -242,8 +242,10 @@ Laplacian Run::build(const Mesh& mesh, const std::function<Laplacian()>& make, c
 
 LinearSolverOptions Run::linear_options() const {
     LinearSolverOptions options;
-    if (solver_ == "cg") options.kind = SolverKind::cg;
-    if (solver_ == "cholesky") options.kind = SolverKind::cholesky;
+    for (const SolverKind kind : {SolverKind::automatic, SolverKind::cg, SolverKind::multigrid,
+                                  SolverKind::cholesky, SolverKind::green}) {
+        if (solver_ == name(kind)) options.kind = kind;
+    }
     options.tolerance = tolerance_;
     if (max_iterations_ != 0) options.max_iterations = max_iterations_;
     options.progress = progress();

@@ -28,7 +28,7 @@ struct Problem {
           A(laplacian, sigma, {gamma}),
           held(std::move(fixed)) {}
 
-    [[nodiscard]] Multigrid cycle() const { return {A.to_sparse(), hierarchy, held}; }
+    [[nodiscard]] Multigrid cycle() const { return {A, hierarchy, held}; }
 };
 
 std::vector<Index> every(Index step, Index n) {
@@ -130,7 +130,7 @@ TEST(Multigrid, EverythingHeld) {
 TEST(Multigrid, Refuses) {
     const Problem problem(shapes::icosphere(2), 1.0, 1.0, {}, 30);
     const Problem other(shapes::icosphere(1), 1.0, 1.0, {}, 30);
-    EXPECT_THROW(Multigrid(other.A.to_sparse(), problem.hierarchy, {}), InputError);
+    EXPECT_THROW(Multigrid(other.A, problem.hierarchy, {}), InputError);
     Block z;
     EXPECT_THROW(problem.cycle().apply(Block::Ones(7, 1), z), InputError);
 }
