@@ -154,7 +154,7 @@ struct Cholesky::Factor {
     bool correct(const Sparse& A, const std::vector<Index>& changed);
     [[nodiscard]] Eigen::MatrixXd set_columns(const Sparse& A, std::vector<Row>& rows) const;
     [[nodiscard]] Block solved_columns(const std::vector<Row>& rows) const;
-    void sweep(Block& x) const;
+    void sweep(const Block& b, Block& x) const;
     void solve_corrected(const Block& b, Block& x) const;
 };
 
@@ -188,8 +188,10 @@ bool is_sound(const Eigen::MatrixXd& schur, const Eigen::VectorXd& sizes, Eigen:
 
 }  // namespace
 
-void Cholesky::Factor::sweep(Block& x) const {
-    numeric.solve({x.data(), x.outerStride(), 1, static_cast<Index>(x.cols())});
+// x = B^-1 b, both n x k; they may be the same.
+void Cholesky::Factor::sweep(const Block& b, Block& x) const {
+    x.resize(b.rows(), b.cols());
+    numeric.solve({b.data(), x.data(), b.cols(), 1, static_cast<Index>(b.cols())});
 }
 
 void Cholesky::Factor::check_size(const Sparse& A) const {
@@ -263,10 +265,10 @@ Block Cholesky::Factor::solved_columns(const std::vector<Row>& rows) const {
             solved(row, i) = value;
     }
     if (std::ssize(fresh) == m) {
-        sweep(solved);
+        sweep(solved, solved);
     } else if (!fresh.empty()) {
         Block columns = solved(Eigen::all, fresh);
-        sweep(columns);
+        sweep(columns, columns);
         solved(Eigen::all, fresh) = columns;
     }
     return solved;
@@ -305,7 +307,7 @@ void Cholesky::Factor::solve_corrected(const Block& b, Block& x) const {
         y.row(i).setZero();
         x.row(correction.rows[at(i)].row).setZero();
     }
-    sweep(x);
+    sweep(x, x);
     y -= gathered(correction.rows, x);
     y = correction.schur.solve(y).eval();
     x.noalias() -= correction.solved * y;
@@ -370,8 +372,7 @@ void Cholesky::solve(const Block& b, Block& x) const {
     }
     try {
         if (factor_->correction.rows.empty()) {
-            x = b;
-            factor_->sweep(x);
+            factor_->sweep(b, x);
         } else {
             factor_->solve_corrected(b, x);
         }

@@ -15,7 +15,7 @@ namespace {
 // Operations of a panel's update from which threads gain.
 constexpr double worth_sharing = 1e6;
 // Columns of a sweep.
-constexpr Index most_columns = 32;
+constexpr Index most_columns = 64;
 
 std::size_t at(Index i) {
     return static_cast<std::size_t>(i);
@@ -199,25 +199,25 @@ void Factor::sweep(const RightHandSides& b) const {
     const auto subtrees = static_cast<int>(s.groups.size()) - 1;
     const Group& top = s.groups.back();
     const bool by_rows = b.column_stride == 1;
-    const auto row_of = [&](std::size_t m) { return b.data + s.moves[m].unknown * b.row_stride; };
+    const auto row_of = [&](auto* data, std::size_t m) { return data + s.moves[m].unknown * b.row_stride; };
     // Rows or columns lie far apart: their lines are fetched some rows ahead, once each.
-    const auto fetch = [&](std::size_t m, const Piece& piece, int begin, int end) {
+    const auto fetch = [&](const double* data, std::size_t m, const Piece& piece, int begin, int end) {
         constexpr std::size_t ahead = 16;
         if (m + ahead >= piece.last_move) return;
         if (by_rows) {
             for (int c = begin; c < end; c += 8)
-                __builtin_prefetch(row_of(m + ahead) + c);
+                __builtin_prefetch(row_of(data, m + ahead) + c);
             return;
         }
         if (s.moves[m + ahead].unknown / 8 == s.moves[m + ahead - 1].unknown / 8) return;
         for (int c = begin; c < end; ++c)
-            __builtin_prefetch(row_of(m + ahead) + c * b.column_stride);
+            __builtin_prefetch(row_of(data, m + ahead) + c * b.column_stride);
     };
-    const auto move_in = [&](double* rows, const Piece& piece, int begin, int end) {
+    const auto move_in = [&](const double* data, double* rows, const Piece& piece, int begin, int end) {
         const int filled = std::min(end, count);
         for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
-            fetch(m, piece, begin, filled);
-            const double* from = row_of(m);
+            fetch(data, m, piece, begin, filled);
+            const double* from = row_of(data, m);
             double* to = rows + static_cast<std::ptrdiff_t>(s.moves[m].row) * width;
             if (by_rows) {
                 std::copy(from + begin, from + filled, to + begin);
@@ -233,8 +233,8 @@ void Factor::sweep(const RightHandSides& b) const {
     const auto move_out = [&](const double* rows, const Piece& piece, int begin, int end) {
         end = std::min(end, count);
         for (std::size_t m = piece.first_move; m < piece.last_move; ++m) {
-            fetch(m, piece, begin, end);
-            double* to = row_of(m);
+            fetch(b.to, m, piece, begin, end);
+            double* to = row_of(b.to, m);
             const double* from = rows + static_cast<std::ptrdiff_t>(s.moves[m].row) * width;
             if (by_rows) {
                 std::copy(from + begin, from + end, to + begin);
@@ -264,10 +264,10 @@ void Factor::sweep(const RightHandSides& b) const {
             std::fill(above, above + (group.touched.size() + 1) * static_cast<std::size_t>(width), 0.0);
             // What is in no piece gets updates before its turn comes.
             for (std::size_t p = group.first_piece; p < group.last_piece; ++p) {
-                if (!s.pieces[p].whole) move_in(rows, s.pieces[p], 0, width);
+                if (!s.pieces[p].whole) move_in(b.from, rows, s.pieces[p], 0, width);
             }
             for (std::size_t p = group.first_piece; p < group.last_piece; ++p) {
-                if (s.pieces[p].whole) move_in(rows, s.pieces[p], 0, width);
+                if (s.pieces[p].whole) move_in(b.from, rows, s.pieces[p], 0, width);
                 forward(rows, s.pieces[p], 0, width);
                 if (s.pieces[p].whole) move_out(rows, s.pieces[p], 0, width);
             }
@@ -281,7 +281,7 @@ void Factor::sweep(const RightHandSides& b) const {
             double* zeros = rows + static_cast<std::ptrdiff_t>(top.columns) * width;
             std::fill(zeros + begin, zeros + end, 0.0);
             for (std::size_t p = top.first_piece; p < top.last_piece; ++p)
-                move_in(rows, s.pieces[p], begin, end);
+                move_in(b.from, rows, s.pieces[p], begin, end);
             for (int g = 0; g < subtrees; ++g) {
                 const Group& group = s.groups[static_cast<std::size_t>(g)];
                 const double* from = array(group) + static_cast<std::ptrdiff_t>(group.columns) * width;
@@ -308,7 +308,7 @@ void Factor::sweep(const RightHandSides& b) const {
                 above = std::copy(from, from + width, above);
             }
             for (std::size_t p = group.last_piece; p-- > group.first_piece;) {
-                if (s.pieces[p].whole) move_in(rows, s.pieces[p], 0, width);
+                if (s.pieces[p].whole) move_in(b.to, rows, s.pieces[p], 0, width);
                 backward(rows, s.pieces[p], 0, width);
                 move_out(rows, s.pieces[p], 0, width);
             }
@@ -319,8 +319,8 @@ void Factor::sweep(const RightHandSides& b) const {
 void Factor::solve(const RightHandSides& b) const {
     // Parts of the same width, but for the last.
     for (Index first = 0; first < b.count; first += most_columns) {
-        sweep({b.data + first * b.column_stride, b.row_stride, b.column_stride,
-               std::min(most_columns, b.count - first)});
+        sweep({b.from + first * b.column_stride, b.to + first * b.column_stride, b.row_stride,
+               b.column_stride, std::min(most_columns, b.count - first)});
     }
 }
 

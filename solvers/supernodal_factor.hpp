@@ -2,8 +2,8 @@
 //
 //     const auto symbolic = std::make_shared<const Symbolic>(pattern, quick);
 //     Factor factor(symbolic, kernels);
-//     factor.eliminate({A, nullptr, 0.0});             // entries in the order of the symbolic factor: see entry()
-//     factor.solve({data, stride, 1, columns});
+//     factor.factor({A, nullptr, 0.0});                // entries in the order of the symbolic factor: see entry()
+//     factor.solve({b, x, stride, 1, columns});
 //
 // METIS's or AMD's ordering and CHOLMOD's relaxed supernodes, a multifrontal factorization and blocked sweeps: see
 // SupernodalLdlt for the references. Threads of OpenMP share subtrees of the elimination tree and the large fronts above
@@ -124,9 +124,11 @@ struct Entries {
     }
 };
 
-/// Entry (i, c) lies at data[i row_stride + c column_stride].
+/// Entry (i, c) of the right-hand sides lies at from[i row_stride + c column_stride], that of the solutions likewise at
+/// `to`, which may be `from`.
 struct RightHandSides {
-    double* data;
+    const double* from;
+    double* to;
     std::ptrdiff_t row_stride;
     std::ptrdiff_t column_stride;
     Index count;
@@ -144,7 +146,7 @@ class Factor {
     /// L D L^T in place of an earlier factor. The number of negative pivots, or -1 where one is zero or not finite and there
     /// is no factor. Throws std::bad_alloc.
     int factor(const Entries& entries);
-    /// In place. One thread of callers at a time, as the room it works in stays here. Throws std::bad_alloc.
+    /// One thread of callers at a time, as the room it works in stays here. Throws std::bad_alloc.
     void solve(const RightHandSides& b) const;
 
     /// Of the factor and the room for solves.

@@ -122,7 +122,7 @@ void SupernodalLdlt::Factor::measure() {
     for (Index i = 0; i < n; ++i)
         b(i, 0) = static_cast<double>(static_cast<std::uint32_t>(i + 1) * 2654435761U) / 2147483648.0 - 1.0;
     Columns x = b;
-    numeric->solve({x.data(), 1, n, 1});
+    numeric->solve({x.data(), x.data(), 1, n, 1});
     Vector product = Vector::Zero(n);
     Vector sums = Vector::Zero(n);
     for (Index j = 0; j < n; ++j) {
@@ -191,10 +191,12 @@ double SupernodalLdlt::backward_error() const {
     return factor_->backward_error;
 }
 void SupernodalLdlt::solve(Columns& columns) const {
-    factor_->solve({columns.data(), 1, columns.rows(), static_cast<Index>(columns.cols())}, columns.rows());
+    factor_->solve({columns.data(), columns.data(), 1, columns.rows(), static_cast<Index>(columns.cols())},
+                   columns.rows());
 }
 void SupernodalLdlt::solve(Eigen::Ref<Block> block) const {
-    factor_->solve({block.data(), block.outerStride(), 1, static_cast<Index>(block.cols())}, block.rows());
+    factor_->solve({block.data(), block.data(), block.outerStride(), 1, static_cast<Index>(block.cols())},
+                   block.rows());
 }
 double SupernodalLdlt::nonzeros() const {
     return factor_->symbolic().nonzeros;
