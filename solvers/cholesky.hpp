@@ -4,9 +4,9 @@
 //     factor.solve(b, x);                              // as often as wanted, all columns together
 //
 //     const auto analysis = std::make_shared<const CholeskyAnalysis>(A);   // once for a mesh
-//     Cholesky heat(A, analysis, {120, 8999});         // rows and columns 120 and 8999 as those of the identity
-//     heat.change_held(A, {120, 42});                  // few have changed: no new factor
-//     heat.refactor(B);                                // another matrix on the pattern, in the same storage
+//     Cholesky held_factor(A, analysis, held);         // rows and columns of `held` as those of the identity
+//     held_factor.change_held(A, others);              // few have changed: no new factor
+//     held_factor.refactor(B, others);                 // another matrix on the pattern, in the same storage
 //
 // The factor is L D L^T with D > 0, by the analysis, the multifrontal factorization and the blocked sweeps of
 // SupernodalLdlt: its sweeps take a third of the time of CHOLMOD's for many columns, and a Block goes through them as it
