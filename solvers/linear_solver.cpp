@@ -27,14 +27,15 @@ constexpr double size_of_measurement = 150e3;
 // For operators with one and with two products with K.
 struct Costs {
     double fill;    // entries of a factor, a vertex, at the size of the measurement
-    double factor;  // the factor there, with the analysis; grows as n^0.2 more than n
+    double factor;  // the factor there, with the analysis
+    double growth;  // by which power of n that grows
     double direct;  // a direct solve with its refinement
     double setup;   // of multigrid, with the hierarchy
     double cycle;   // an iteration with it
     double cycles_a_digit;
 };
-constexpr Costs first_order{40.0, 3.6, 0.3, 1.4, 0.08, 3.4};
-constexpr Costs second_order{200.0, 16.0, 1.6, 5.5, 0.3, 6.5};
+constexpr Costs first_order{40.0, 2.8, 0.25, 0.25, 1.4, 0.08, 3.4};
+constexpr Costs second_order{200.0, 8.5, 0.5, 0.8, 5.5, 0.3, 6.5};
 
 // Below this a factor is always as fast; above this many Green's functions take more room than a factor of K D K.
 constexpr Index worth_multigrid = 30000;
@@ -42,6 +43,8 @@ constexpr std::size_t most_greens_functions = 60;
 // Multigrid that has not converged by then is not going to.
 constexpr int most_cycles = 400;
 constexpr double multigrid_radius = 2.3;
+// The part of the rows up to which it costs less to factor those that are held with the others than to analyse anew.
+constexpr double most_held = 0.1;
 
 // A graph of a solid has about seven edges a vertex, one of a surface three.
 bool is_solid(const EdgeGraph& graph) {
@@ -141,7 +144,8 @@ LinearSolver::Choice LinearSolver::choose(const std::vector<Index>& held, Index 
     const double factor_bytes = 8.0 * n * per_vertex;
     const bool fits = factor_bytes < 0.5 * physical_memory();
     const double factor =
-        costs.factor * (solid ? thicker * thicker : block * block * std::pow(n / size_of_measurement, 0.2));
+        costs.factor *
+        (solid ? thicker * thicker : block * block * std::pow(n / size_of_measurement, costs.growth));
     const double direct = factor + solves * costs.direct * columns * thicker;
 
     // Three more columns cost as much as one alone.
@@ -392,9 +396,24 @@ LinearSummary LinearSolver::solve_green(const Block& b, const std::vector<Index>
     return summary;
 }
 
+// Where few rows are held the factor is of all rows, with those that are held as in the identity: one analysis serves any
+// set of them. Where many are, of the free rows alone.
 void LinearSolver::factor(const std::vector<Index>& held) {
-    factor_.reset();
     if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
+    const auto ordering = options_.expected_solves >= 3 ? Cholesky::Ordering::metis : Cholesky::Ordering::amd;
+    if (static_cast<double>(held.size()) <= most_held * static_cast<double>(A_->rows())) {
+        if (!options_.analysis)
+            options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering);
+        if (factor_ && free_.empty()) {
+            factor_->change_held(matrix_, held);
+        } else {
+            factor_.reset();
+            factor_.emplace(matrix_, options_.analysis, held);
+        }
+        free_.clear();
+        return;
+    }
+    factor_.reset();
     std::vector<Index> row_of_vertex(static_cast<std::size_t>(A_->rows()), 0);
     for (const Index v : held)
         row_of_vertex[static_cast<std::size_t>(v)] = -1;
@@ -417,9 +436,7 @@ void LinearSolver::factor(const std::vector<Index>& held) {
         }
     }
     A_ff.finalize();
-    factor_.emplace(A_ff,
-                    options_.expected_solves >= 3 ? Cholesky::Ordering::metis : Cholesky::Ordering::amd);
-    factored_held_ = held;
+    factor_.emplace(A_ff, ordering);
 }
 
 LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x) {
@@ -432,23 +449,28 @@ LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Ind
     const Stopwatch setup;
     if (!factor_ || factored_held_ != held) {
         report(options_.progress, "factorizing", -1.0);
+        const int before = factor_ && free_.empty() ? factor_->factorizations() : 0;
         factor(held);
         report(options_.progress, "factorizing", -1.0);
-        ++summary.factorizations;
+        summary.factorizations += factor_->factorizations() - (free_.empty() ? before : 0);
+        factored_held_ = held;
     }
     summary.memory_bytes = factor_->memory_bytes();
     summary.setup_seconds = setup.seconds();
 
     const Stopwatch watch;
-    const auto n = static_cast<Eigen::Index>(free_.size());
-    Block r_free(n, b.cols());
+    Block r_free(static_cast<Eigen::Index>(free_.size()), b.cols());
     Block x_free;
     refine(b, held, x, summary, [&](const Block& r, Block& correction) {
-        for (Eigen::Index v = 0; v < n; ++v)
-            r_free.row(v) = r.row(free_[static_cast<std::size_t>(v)]);
+        if (free_.empty()) {
+            factor_->solve(r, correction);
+            return;
+        }
+        for (std::size_t v = 0; v < free_.size(); ++v)
+            r_free.row(static_cast<Eigen::Index>(v)) = r.row(free_[v]);
         factor_->solve(r_free, x_free);
-        for (Eigen::Index v = 0; v < n; ++v)
-            correction.row(free_[static_cast<std::size_t>(v)]) = x_free.row(v);
+        for (std::size_t v = 0; v < free_.size(); ++v)
+            correction.row(free_[v]) = x_free.row(static_cast<Eigen::Index>(v));
     });
     summary.solve_seconds = watch.seconds();
     return summary;

@@ -8,7 +8,8 @@
 //     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the factor
 //
 // Everything here is in the working order of the operator's Laplacian, and a vertex is a row of A: the real form of a
-// complex operator has two for each of the mesh. Vertices whose row of A is zero (isolated ones) keep what x has. A factor is kept while the set of held vertices stays the same; their values may change freely.
+// complex operator has two for each of the mesh. Vertices whose row of A is zero (isolated ones) keep what x has. A factor is kept while the set of held vertices
+// stays the same, and corrected where few come and go; their values may change freely.
 #pragma once
 
 #include <concepts>
@@ -55,6 +56,9 @@ struct LinearSolverOptions {
     /// Of the operator's mesh, for multigrid. Where none is given it is made when it is first wanted: to share it among
     /// solvers on one mesh, hand them LinearSolver::hierarchy() of the first.
     std::shared_ptr<const Hierarchy> hierarchy = nullptr;
+    /// Of the pattern of the operator's matrix, for Cholesky; in the same way. All operators with one product with K on a
+    /// mesh have one pattern, and all those with two.
+    std::shared_ptr<const CholeskyAnalysis> analysis = nullptr;
     const Progress* progress = nullptr;
 
     /// Throws InputError for a tolerance or a count that is not positive.
@@ -77,8 +81,11 @@ class LinearSolver {
 
     [[nodiscard]] const LinearOperator& op() const { return *A_; }
 
-    /// What multigrid made or was given; null before.
+    /// What multigrid and Cholesky made or were given; null before.
     [[nodiscard]] const std::shared_ptr<const Hierarchy>& hierarchy() const { return options_.hierarchy; }
+    [[nodiscard]] const std::shared_ptr<const CholeskyAnalysis>& analysis() const {
+        return options_.analysis;
+    }
 
     /// f = A x - b at the held vertices and 0 elsewhere: the reaction that holds them (row i of eq. (16) of Kim &
     /// Rossignac). The forces and the load balance: for sigma = 0 the columns of f + b sum to zero over each component.
@@ -114,7 +121,7 @@ class LinearSolver {
     Eigen::SparseMatrix<double> matrix_;  // assembled once, when a factor is first wanted
     std::optional<Cholesky> factor_;
     std::vector<Index> factored_held_;
-    std::vector<Index> free_;  // the vertex of each row of the factor
+    std::vector<Index> free_;  // the vertex of each row of a factor of the free rows alone; else empty
 
     std::optional<Multigrid> multigrid_;
     std::vector<Index> multigrid_held_;
