@@ -69,6 +69,7 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
         throw InputError("the mesh has more than 2^31 - 1 edges", "split it into parts");
     }
     upper_.shrink_to_fit();
+    build_blocks();
 
     neighbour_offsets_.assign(at(vertex_count) + 1, 0);
     for (Index i = 0; i < vertex_count; ++i) {
@@ -87,6 +88,23 @@ void EdgeGraph::build(std::vector<std::pair<Index, Index>>&& edges, Index vertex
             neighbours_[static_cast<std::size_t>(next[at(i)]++)] = {j, e};
             neighbours_[static_cast<std::size_t>(next[at(j)]++)] = {i, e};
         }
+    }
+}
+
+void EdgeGraph::build_blocks() {
+    static_assert(block_rows - 1 <= std::numeric_limits<std::uint8_t>::max());
+    lower_in_block_.reserve(upper_.size());
+    Index highest = 0;
+    for (Index first = 0; first < vertex_count(); first += block_rows) {
+        const Index end = std::min(vertex_count(), first + block_rows);
+        highest = std::max(highest, end);
+        for (Index i = first; i < end; ++i) {
+            const Index degree = offsets_[at(i) + 1] - offsets_[at(i)];
+            if (degree == 0) continue;
+            lower_in_block_.insert(lower_in_block_.end(), at(degree), static_cast<std::uint8_t>(i - first));
+            highest = std::max(highest, upper_[at(offsets_[at(i) + 1]) - 1] + 1);
+        }
+        reach_.push_back(highest);
     }
 }
 
@@ -124,7 +142,7 @@ Index EdgeGraph::bandwidth() const {
 }
 
 std::size_t EdgeGraph::memory_bytes() const {
-    return sizeof(Index) * (offsets_.size() + upper_.size()) +
+    return sizeof(Index) * (offsets_.size() + upper_.size() + reach_.size()) + lower_in_block_.size() +
            sizeof(std::int64_t) * neighbour_offsets_.size() + sizeof(Neighbour) * neighbours_.size();
 }
 

@@ -8,6 +8,7 @@
 // Boost.Graph (boost_graph.hpp), so Boost.Graph's algorithms run on it directly.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
@@ -39,6 +40,14 @@ class EdgeGraph {
     /// The lower end of each edge, by binary search in offsets().
     [[nodiscard]] Index lower(Index edge) const;
 
+    // For products that sweep over the edges, a block of rows at a time.
+
+    static constexpr Index block_rows = 256;
+    /// The lower end of each edge, counted from the first row of its block. Size m.
+    [[nodiscard]] const std::vector<std::uint8_t>& lower_in_block() const { return lower_in_block_; }
+    /// Of each block: 1 + the highest vertex among its rows, earlier ones, and their neighbours.
+    [[nodiscard]] const std::vector<Index>& reach() const { return reach_; }
+
     /// Every vertex at the other end of an edge of v, in ascending order.
     [[nodiscard]] std::span<const Neighbour> neighbours(Index v) const {
         const auto begin = neighbour_offsets_[static_cast<std::size_t>(v)];
@@ -59,9 +68,12 @@ class EdgeGraph {
 
   private:
     void build(std::vector<std::pair<Index, Index>>&& edges, Index vertex_count);
+    void build_blocks();
 
     std::vector<Index> offsets_;
     std::vector<Index> upper_;
+    std::vector<std::uint8_t> lower_in_block_;
+    std::vector<Index> reach_;
     std::vector<std::int64_t> neighbour_offsets_;
     std::vector<Neighbour> neighbours_;
 };

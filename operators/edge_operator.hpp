@@ -12,9 +12,11 @@
 #include <atomic>
 #include <complex>
 #include <memory>
+#include <span>
 
 #include "beltrami/framework/edge_graph.hpp"
 #include "beltrami/framework/types.hpp"
+#include "beltrami/operators/product_chain.hpp"
 
 namespace beltrami {
 
@@ -36,10 +38,13 @@ class EdgeOperator {
     [[nodiscard]] const Array& edges() const { return edges_; }
 
     /// y = A u. u is n x k; y is resized. One sweep over the edges, on the threads that OpenMP has when the work is
-    /// worth them. With T > 1 threads the sums are taken in another order than with one. Throws InputError for a
-    /// number of rows other than n, and where y is u.
+    /// worth them; the numbers do not depend on how many. Throws InputError for a number of rows other than n, and
+    /// where y is u.
     void apply(const Values& u, Values& y) const;
     void apply(const Array& u, Array& y) const;
+    /// Several products and what is between them (product_chain.hpp), still in one sweep. At least one link.
+    void apply_chain(std::span<const ChainLink> links, const Values& u, Values& y,
+                     ChainWorkspace<Scalar>& workspace) const;
 
     /// The same numbers as an n x n matrix, both triangles.
     [[nodiscard]] Eigen::SparseMatrix<Scalar> to_sparse() const;
@@ -52,13 +57,9 @@ class EdgeOperator {
     static long builds() { return builds_.load(); }
 
   private:
-    void multiply(const Scalar* u, Scalar* y, Index columns) const;
-
     std::shared_ptr<const EdgeGraph> graph_;
     Array diagonal_;
     Array edges_;
-    std::vector<Index>
-        reach_;  // of each block of rows: 1 + the highest vertex that its rows or earlier ones touch
     static inline std::atomic<long> builds_ = 0;
 };
 

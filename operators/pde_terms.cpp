@@ -11,23 +11,6 @@ namespace beltrami {
 
 namespace {
 
-// result = a x + b weight y, row by row; result may be x or y.
-template <class Scalar>
-void combine(double a, const BlockOf<Scalar>& x, double b, const Vector& weight, const BlockOf<Scalar>& y,
-             BlockOf<Scalar>& result) {
-    const Eigen::Index n = x.rows();
-    const Eigen::Index k = x.cols();
-    const Scalar* const xs = x.data();
-    const Scalar* const ys = y.data();
-    Scalar* const out = result.data();
-#pragma omp parallel for schedule(static) if (n > 20000)
-    for (Eigen::Index v = 0; v < n; ++v) {
-        const double scale = b * weight[v];
-        for (Eigen::Index c = v * k; c < (v + 1) * k; ++c)
-            out[c] = a * xs[c] + scale * ys[c];
-    }
-}
-
 // The diagonal of K (D K)^(m - 1) for m >= 3, by walking the rings of each vertex. With s = (D K)^a e_i, a = (m - 1) / 2
 // rounded down, and q = K s, the entry is s^* q for odd m and q^* D q for even m.
 template <class Scalar>
@@ -134,24 +117,16 @@ void PdeTerms<Scalar>::apply(const BlockOf<Scalar>& u, BlockOf<Scalar>& y,
         y.noalias() = (sigma * M).asDiagonal() * u;
         return;
     }
-    if (gamma.size() == 1) {
-        K.apply(u, y);
-    } else {
-        workspace.scaled.resize(n, u.cols());
-        const BlockOf<Scalar>* inner =
-            &u;  // the innermost argument of K is gamma_m u; gamma_m is multiplied in afterwards
-        double pending = gamma.back();
-        for (std::size_t i = gamma.size() - 1; i-- > 0;) {
-            K.apply(*inner, workspace.product);
-            combine(gamma[i], u, pending, D, workspace.product, workspace.scaled);
-            inner = &workspace.scaled;
-            pending = 1.0;
-        }
-        K.apply(workspace.scaled, y);
+    // Horner, from the inside: x <- gamma_i u + D K x, where the innermost x is gamma_m u. gamma_m is multiplied in
+    // after the first product.
+    std::vector<ChainLink> links;
+    double pending = gamma.back();
+    for (std::size_t i = gamma.size() - 1; i-- > 0;) {
+        links.push_back({pending, &D, gamma[i], nullptr});
+        pending = 1.0;
     }
-    const double outer = gamma.size() == 1 ? gamma[0] : 1.0;
-    if (outer == 1.0 && sigma == 0.0) return;
-    combine(outer, y, sigma, M, u, y);
+    links.push_back({pending, nullptr, sigma, &M});
+    K.apply_chain(links, u, y, workspace);
 }
 
 template <class Scalar>

@@ -11,10 +11,7 @@ namespace beltrami {
 
 /// Room for intermediate fields, kept by callers that apply often.
 template <class Scalar>
-struct PdeWorkspace {
-    BlockOf<Scalar> scaled;
-    BlockOf<Scalar> product;
-};
+using PdeWorkspace = ChainWorkspace<Scalar>;
 
 /// gamma without the zeros at its end. Throws InputError for a coefficient that is negative or not finite.
 std::vector<double> checked_coefficients(double sigma, std::vector<double> gamma);

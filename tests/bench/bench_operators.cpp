@@ -50,7 +50,7 @@ double csr_bytes(const Csr& matrix, Index columns) {
 
 double edge_bytes(const Laplacian& laplacian, Index columns) {
     const double n = laplacian.vertex_count();
-    return 12.0 * laplacian.graph().edge_count() + 12.0 * n + 16.0 * columns * n;
+    return 13.0 * laplacian.graph().edge_count() + 8.0 * n + 16.0 * columns * n;
 }
 
 template <class Work>
@@ -75,7 +75,7 @@ void add_case(const std::string& where, const std::shared_ptr<const Case>& c) {
     const Index n = c->laplacian.vertex_count();
     const int all = omp_get_num_procs();
     const auto operator_memory = static_cast<double>(c->laplacian.stiffness().memory_bytes()) +
-                                 4.0 * (c->laplacian.graph().edge_count() + n);
+                                 5.0 * c->laplacian.graph().edge_count() + 4.0 * n;
     const auto csr_memory = [](const Csr& m) {
         return 12.0 * static_cast<double>(m.nonZeros()) + 4.0 * m.rows();
     };

@@ -39,6 +39,19 @@ TEST(EdgeGraph, HoldsEveryPairOnceSorted) {
     EXPECT_EQ(graph.bandwidth(), 5);
 }
 
+TEST(EdgeGraph, BlocksOfRowsSayWhatTheyTouch) {
+    // Three blocks, of which the first reaches into the second and the second reaches nowhere.
+    constexpr Index block = EdgeGraph::block_rows;
+    const EdgeGraph graph(
+        2 * block + 5,
+        Pairs{
+            {3, block + 7}, {3, 4}, {block + 1, block + 2}, {block - 1, 0}, {2 * block + 1, 2 * block + 4}});
+    EXPECT_EQ(graph.reach(), (std::vector<Index>{block + 8, 2 * block, 2 * block + 5}));
+    ASSERT_EQ(graph.lower_in_block().size(), 5U);
+    for (Index e = 0; e < graph.edge_count(); ++e)
+        EXPECT_EQ(graph.lower_in_block()[static_cast<std::size_t>(e)], graph.lower(e) % block);
+}
+
 TEST(EdgeGraph, EdgesOfCellsAreThoseOfASet) {
     for (const Mesh& mesh : {shapes::shuffled(shapes::icosphere(2)).mesh, shapes::tetrahedral_cube(3),
                              shapes::fins(4, 3), shapes::circle(9)}) {

@@ -1,7 +1,5 @@
 #include "beltrami/operators/edge_operator.hpp"
 
-#include <omp.h>
-
 #include <complex>
 #include <limits>
 #include <tuple>
@@ -11,6 +9,7 @@
 #include "beltrami/framework/shapes.hpp"
 #include "beltrami/operators/stiffness.hpp"
 #include "numerics.hpp"
+#include "threads.hpp"
 
 namespace beltrami {
 namespace {
@@ -20,21 +19,10 @@ using testing::graph_of;
 using testing::random_block;
 using testing::random_vector;
 using testing::relative_difference;
+using testing::Threads;
 using Complex = std::complex<double>;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-/// As many threads as asked for, until the end of the scope.
-class Threads {
-  public:
-    explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }
-    Threads(const Threads&) = delete;
-    Threads& operator=(const Threads&) = delete;
-    ~Threads() { omp_set_num_threads(before_); }
-
-  private:
-    int before_;
-};
 
 // Numbers with nothing special about them: row sums are not zero and signs are mixed.
 EdgeOperator<double> arbitrary(const std::shared_ptr<const EdgeGraph>& graph) {
