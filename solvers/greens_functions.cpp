@@ -67,7 +67,7 @@ GreensFunctions::~GreensFunctions() = default;
 
 // K x = load, with what is missing to a sum of zero on each component as load of its pin; no constants in x.
 void GreensFunctions::solve_stiffness(const Block& load, Block& x) {
-    Constraints pins;
+    Constraints pins(static_cast<Index>(load.cols()));
     const std::vector<double> zero(static_cast<std::size_t>(load.cols()), 0.0);
     for (const Index v : pins_)
         pins.fix(v, zero);

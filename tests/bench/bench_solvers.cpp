@@ -10,8 +10,8 @@
 // that was refined with the matrix-free residual.
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <omp.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -36,6 +36,7 @@
 #include <HYPRE.h>
 #include <HYPRE_krylov.h>
 #include <HYPRE_parcsr_ls.h>
+#include <mpi.h>
 #endif
 
 namespace {
@@ -64,10 +65,16 @@ struct Outcome {
 
 using Method = std::function<std::vector<Block>(const Problem&, Outcome&)>;
 
+// The most memory that the process has had since it was asked to forget.
 double peak_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return 1024.0 * static_cast<double>(usage.ru_maxrss);
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with("VmHWM:")) return 1024.0 * std::stod(line.substr(6));
+    }
+    return 0.0;
+}
+void forget_peak() {
+    std::ofstream("/proc/self/clear_refs") << "5";
 }
 
 Block start_of(const Problem& problem) {
@@ -119,7 +126,8 @@ Reduced reduced(const Problem& problem) {
     result.A.reserve(A.nonZeros());
     for (Eigen::Index j = 0; j < n; ++j) {
         result.A.startVec(j);
-        for (Eigen::SparseMatrix<double>::InnerIterator e(A, result.free[static_cast<std::size_t>(j)]); e; ++e) {
+        for (Eigen::SparseMatrix<double>::InnerIterator e(A, result.free[static_cast<std::size_t>(j)]); e;
+             ++e) {
             const Index i = row[static_cast<std::size_t>(e.row())];
             if (i >= 0) result.A.insertBack(i, j) = e.value();
         }
@@ -162,6 +170,7 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
     const Stopwatch watch;
     const Reduced system = reduced(problem);
     const auto n = static_cast<HYPRE_Int>(system.A.rows());
+    MPI_Init(nullptr, nullptr);
     HYPRE_Init();
     HYPRE_IJMatrix matrix = nullptr;
     HYPRE_IJMatrixCreate(0, 0, n - 1, 0, n - 1, &matrix);
@@ -173,7 +182,8 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
         rows[static_cast<std::size_t>(i)] = i;
         counts[static_cast<std::size_t>(i)] = system.A.outerIndexPtr()[i + 1] - system.A.outerIndexPtr()[i];
     }
-    HYPRE_IJMatrixSetValues(matrix, n, counts.data(), rows.data(), system.A.innerIndexPtr(), system.A.valuePtr());
+    HYPRE_IJMatrixSetValues(matrix, n, counts.data(), rows.data(), system.A.innerIndexPtr(),
+                            system.A.valuePtr());
     HYPRE_IJMatrixAssemble(matrix);
     HYPRE_ParCSRMatrix A = nullptr;
     HYPRE_IJMatrixGetObject(matrix, reinterpret_cast<void**>(&A));
@@ -181,10 +191,10 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
     HYPRE_Solver amg = nullptr;
     HYPRE_BoomerAMGCreate(&amg);
     HYPRE_BoomerAMGSetPrintLevel(amg, 0);
-    HYPRE_BoomerAMGSetCoarsenType(amg, 8);   // PMIS
-    HYPRE_BoomerAMGSetInterpType(amg, 6);    // extended + i
+    HYPRE_BoomerAMGSetCoarsenType(amg, 8);  // PMIS
+    HYPRE_BoomerAMGSetInterpType(amg, 6);   // extended + i
     HYPRE_BoomerAMGSetPMaxElmts(amg, 4);
-    HYPRE_BoomerAMGSetRelaxType(amg, 6);     // symmetric Gauss-Seidel
+    HYPRE_BoomerAMGSetRelaxType(amg, 6);  // symmetric Gauss-Seidel
     HYPRE_BoomerAMGSetTol(amg, 0.0);
     HYPRE_BoomerAMGSetMaxIter(amg, 1);
     HYPRE_Solver cg = nullptr;
@@ -233,12 +243,14 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
 // In a process of its own.
 Outcome run(const Problem& problem, const Method& method, const std::vector<Block>& reference, int threads) {
     int ends[2];
+    malloc_trim(0);
     if (pipe(ends) != 0) throw SolveError("no pipe", "close what else runs");
     const pid_t child = fork();
     if (child == 0) {
         Outcome outcome;
         try {
             omp_set_num_threads(threads);
+            forget_peak();
             const double before = peak_bytes();
             const Stopwatch watch;
             const std::vector<Block> solutions = method(problem, outcome);
@@ -292,21 +304,27 @@ std::vector<Problem> problems(const Laplacian& laplacian, double h) {
     const PdeOperator K(laplacian, 0.0, {1.0});
     const PdeOperator KDK(laplacian, 0.0, {0.0, 1.0});
     std::vector<Problem> all;
-    all.push_back({"heat, t = 100 h^2", heat(100), {}, {sources(laplacian, 1)}, 1e-8, 2e-9});
-    all.push_back({"heat, t = 10,000 h^2", heat(10000), {}, {sources(laplacian, 1)}, 1e-8, 2e-9});
+    all.push_back({"heat, t = 100 h^2", heat(100), Constraints(), {sources(laplacian, 1)}, 1e-8, 2e-9});
+    all.push_back({"heat, t = 10,000 h^2", heat(10000), Constraints(), {sources(laplacian, 1)}, 1e-8, 2e-9});
     all.push_back({"Laplace, 100 constraints", K, random_values(n, 100), {none}, 1e-8, 1e-9});
     std::vector<Block> ten;
     for (unsigned s = 1; s <= 10; ++s)
         ten.push_back(sources(laplacian, s));
-    all.push_back({"heat, ten steps of t = 100 h^2", heat(100), {}, std::move(ten), 1e-8, 2e-9});
-    all.push_back({"heat, 100 right-hand sides", heat(100), {}, {sources(laplacian, 1, 100)}, 1e-8, 2e-9});
+    all.push_back({"heat, ten steps of t = 100 h^2", heat(100), Constraints(), std::move(ten), 1e-8, 2e-9});
+    all.push_back({"heat, 100 right-hand sides",
+                   heat(100),
+                   Constraints(100),
+                   {sources(laplacian, 1, 100)},
+                   1e-8,
+                   2e-9});
     all.push_back({"bi-Laplacian, 100 constraints", KDK, random_values(n, 100), {none}, 1e-6, 3e-9});
-    all.push_back({"bi-Laplacian, 1 constraint", KDK, random_values(n, 1), {sources(laplacian, 1)}, 1e-6, 3e-9});
+    all.push_back(
+        {"bi-Laplacian, 1 constraint", KDK, random_values(n, 1), {sources(laplacian, 1)}, 1e-6, 3e-9});
     all.push_back({"bi-Laplacian, 10,000 constraints", KDK, random_values(n, 10000), {none}, 1e-6, 3e-8});
     return all;
 }
 
-void bench(const std::string& where, const Mesh& mesh, int threads, const std::string& only, Json& json) {
+void compare(const std::string& where, const Mesh& mesh, int threads, const std::string& only, Json& json) {
     const Laplacian laplacian(mesh);
     const double h = report(mesh).mean_edge;
     for (const Problem& problem : problems(laplacian, h)) {
@@ -324,15 +342,17 @@ void bench(const std::string& where, const Mesh& mesh, int threads, const std::s
                                                             {"auto", ours(SolverKind::automatic)},
                                                             {"cholesky", ours(SolverKind::cholesky)}};
         if (!many) methods.emplace_back("multigrid", ours(SolverKind::multigrid));
-        if (!bilaplacian && problem.loads.size() == 1 && !many) methods.emplace_back("cg", ours(SolverKind::cg));
-        if (bilaplacian && problem.held.vertices().size() <= 100) methods.emplace_back("green", ours(SolverKind::green));
+        if (!bilaplacian && problem.loads.size() == 1 && !many)
+            methods.emplace_back("cg", ours(SolverKind::cg));
+        if (bilaplacian && problem.held.vertices().size() <= 100)
+            methods.emplace_back("green", ours(SolverKind::green));
 #ifdef BELTRAMI_HYPRE
         if (!bilaplacian && !many) methods.emplace_back("CG with BoomerAMG", boomer_amg);
 #endif
-        fmt::print("\n{}: {}, error wanted {:.0e}, {} thread{}\n", where, problem.name, problem.error, threads,
-                   threads == 1 ? "" : "s");
-        fmt::print("  {:<18} {:>9} {:>9} {:>7} {:>9} {:>7} {:>7} {:>9}\n", "method", "seconds", "set-up", "ratio",
-                   "peak, MB", "ratio", "steps", "error");
+        fmt::print("\n{}: {}, error wanted {:.0e}, {} thread{}\n", where, problem.name, problem.error,
+                   threads, threads == 1 ? "" : "s");
+        fmt::print("  {:<18} {:>9} {:>9} {:>7} {:>9} {:>7} {:>7} {:>9}\n", "method", "seconds", "set-up",
+                   "ratio", "peak, MB", "ratio", "steps", "error");
         Outcome baseline;
         for (const auto& [name, method] : methods) {
             const Outcome outcome = run(problem, method, reference, threads);
@@ -345,9 +365,9 @@ void bench(const std::string& where, const Mesh& mesh, int threads, const std::s
             fmt::print("  {:<18} {:>9.3f} {:>9.3f} {:>7.2f} {:>9.1f} {:>7.2f} {:>7.0f} {:>9.1e}{}\n", shown,
                        outcome.seconds, outcome.setup, outcome.seconds / baseline.seconds, outcome.peak / 1e6,
                        outcome.peak / baseline.peak, outcome.iterations, outcome.error,
-                       !outcome.ok                         ? "  FAILED"
+                       !outcome.ok                     ? "  FAILED"
                        : outcome.error > problem.error ? "  (short of it)"
-                                                           : "");
+                                                       : "");
             std::fflush(stdout);
             json.push_back({{"mesh", where},
                             {"vertices", laplacian.vertex_count()},
@@ -374,7 +394,8 @@ int main(int argc, char** argv) {
     std::string only;
     std::string json_file;
     int threads = 1;
-    app.add_option("--vertices", sizes, "irregular bumpy spheres of so many vertices (default: 150000 1000000)");
+    app.add_option("--vertices", sizes,
+                   "irregular bumpy spheres of so many vertices (default: 150000 1000000)");
     app.add_option("--mesh", meshes, "files, or shapes as `beltrami` takes them");
     app.add_option("--only", only, "problems whose name has this");
     app.add_option("--threads", threads, "of OpenMP (default: 1)")->check(CLI::PositiveNumber);
@@ -387,9 +408,11 @@ int main(int argc, char** argv) {
     Json json = Json::array();
     try {
         for (const Index n : sizes)
-            bench(fmt::format("{} irregular vertices", n), shapes::shuffled(shapes::bumpy_sphere(n)).mesh, threads, only, json);
+            compare(fmt::format("{} irregular vertices", n), shapes::shuffled(shapes::bumpy_sphere(n)).mesh,
+                    threads, only, json);
         for (const std::string& name : meshes)
-            bench(name, name.starts_with("shape:") ? shapes::from_name(name.substr(6)) : read_mesh(name), threads, only, json);
+            compare(name, name.starts_with("shape:") ? shapes::from_name(name.substr(6)) : read_mesh(name),
+                    threads, only, json);
     } catch (const Error& error) {
         std::cerr << error.what() << "; " << error.hint() << '\n';
         return error.exit_status();

@@ -224,6 +224,116 @@ INSTANTIATE_TEST_SUITE_P(All, EverySolver,
                          ::testing::Values(SolverKind::cg, SolverKind::multigrid, SolverKind::cholesky),
                          [](const auto& info) { return std::string(name(info.param)); });
 
+// Meshes on which the hierarchy has several levels.
+TEST(LinearSolver, MultigridAgreesWithCholesky) {
+    const std::vector<Mesh> meshes{shapes::bumpy_sphere(4000), shapes::jittered(shapes::grid(60, 60), 0.3),
+                                   shapes::fins(3, 40),
+                                   shapes::with_noise(shapes::tetrahedral_cube(12), 0.1)};
+    for (const Mesh& mesh : meshes) {
+        const Laplacian laplacian(mesh);
+        const double h2 = laplacian.mass().sum() / laplacian.vertex_count();
+        const auto hierarchy = std::make_shared<const Hierarchy>(
+            laplacian.graph(), *laplacian.points(), HierarchyOptions{.radius = 2.3, .coarsest = 60});
+        EXPECT_GE(hierarchy->level_count(), 2);
+        const std::vector<PdeOperator> operators{{laplacian, 1.0, {100.0 * h2}},
+                                                 {laplacian, 0.0, {1.0}},
+                                                 {laplacian, 0.0, {1.0, h2}},
+                                                 {laplacian, 0.5, {0.0, 1.0}},
+                                                 {laplacian, 0.0, {0.0, 1.0}}};
+        for (const PdeOperator& A : operators) {
+            const Constraints held = some_held(A.rows(), 3, 40);
+            const Block b = laplacian.mass().asDiagonal() * random_block(A.rows(), 3);
+            Block expected = Block::Zero(A.rows(), 3);
+            LinearSolver direct(A, {.kind = SolverKind::cholesky, .tolerance = 1e-12});
+            (void)direct.solve(b, held, expected);
+            Block x = Block::Zero(A.rows(), 3);
+            LinearSolver solver(A, {.kind = SolverKind::multigrid, .hierarchy = hierarchy});
+            const LinearSummary summary = solver.solve(b, held, x);
+            EXPECT_TRUE(summary.converged) << summary.full();
+            EXPECT_EQ(summary.solver, "multigrid");
+            EXPECT_EQ(summary.factorizations, 1);
+            EXPECT_LE(summary.iterations, 80) << summary.full();
+            EXPECT_LT(relative_difference(x, expected), 2e-7) << summary.full();
+            EXPECT_EQ(solver.solve(b, held, x).factorizations, 0) << "the cycle is kept";
+            EXPECT_EQ(solver.hierarchy(), hierarchy);
+        }
+    }
+}
+
+TEST(LinearSolver, GreensFunctionsAgreeWithCholesky) {
+    const Mesh two = shapes::together({shapes::with_noise(shapes::icosphere(3), 0.1), shapes::grid(20, 20)});
+    for (const Mesh& mesh : {shapes::bumpy_sphere(2000), two}) {
+        const Laplacian laplacian(mesh);
+        const Components components = connected_components(laplacian.graph());
+        const PdeOperator A(laplacian, 0.0, {0.0, 0.3});
+        for (const Index count : {1, 2, 25}) {
+            if (count < components.count) continue;
+            Constraints held(2);
+            // One on each component, then anywhere; also side by side.
+            for (Index v = 0, c = 0; c < components.count; ++v) {
+                if (components.of_vertex[static_cast<std::size_t>(v)] != c) continue;
+                held.fix(v, std::vector<double>{0.5, 1.0 * c++});
+            }
+            for (Index i = 0; static_cast<Index>(held.vertices().size()) < count; ++i)
+                held.fix(i % 3 == 0 ? 200 + i : (i * 37 + 5) % A.rows(), std::vector<double>{0.1 * i, 1.0});
+            for (const bool loaded : {false, true}) {
+                const Block b = (loaded ? 1.0 : 0.0) * random_block(A.rows(), 2);
+                Block expected = Block::Zero(A.rows(), 2);
+                LinearSolver direct(A, {.kind = SolverKind::cholesky});
+                (void)direct.solve(b, held, expected);
+                Block x = Block::Zero(A.rows(), 2);
+                LinearSolver green(A, {.kind = SolverKind::green});
+                const LinearSummary summary = green.solve(b, held, x);
+                EXPECT_TRUE(summary.converged) << summary.full();
+                EXPECT_EQ(summary.solver, "green");
+                EXPECT_LT(relative_difference(x, expected), 1e-7) << count << " held; " << summary.full();
+            }
+        }
+    }
+    LinearSolver mixed(PdeOperator(Laplacian(two), 0.0, {1.0, 1.0}), {.kind = SolverKind::green});
+    Block x = Block::Zero(two.vertex_count(), 1);
+    EXPECT_THROW((void)mixed.solve(x, Constraints{{0, 1.0}}, x), InputError);
+    LinearSolver unheld(PdeOperator(Laplacian(two), 0.0, {0.0, 1.0}), {.kind = SolverKind::green});
+    EXPECT_THROW((void)unheld.solve(x, Constraints{{0, 1.0}}, x), SolveError);
+}
+
+// A limit that multigrid cannot keep: the factor takes over, and says so.
+TEST(LinearSolver, FallsBackToCholesky) {
+    const Laplacian laplacian(shapes::tetrahedral_cube(34));
+    const PdeOperator A(laplacian, 0.0, {1.0});
+    const Block b = random_block(A.rows(), 1);
+    const Constraints held{{0, 1.0}};
+    LinearSolver solver(A, {.tolerance = 1e-8});
+    Block x = Block::Zero(A.rows(), 1);
+    const LinearSummary summary = solver.solve(b, held, x);
+    EXPECT_EQ(summary.solver, "multigrid") << summary.full();
+    EXPECT_TRUE(summary.converged);
+    EXPECT_LE(summary.iterations, 30);
+    LinearSolver limited(A, {.tolerance = 1e-8, .max_iterations = 2, .hierarchy = solver.hierarchy()});
+    Block y = Block::Zero(A.rows(), 1);
+    const LinearSummary other = limited.solve(b, held, y);
+    EXPECT_EQ(other.solver, "cholesky");
+    EXPECT_TRUE(other.converged);
+    EXPECT_NE(other.why.find("multigrid was tried first"), std::string::npos) << other.why;
+    EXPECT_LT(relative_difference(x, y), 1e-6);
+}
+
+TEST(LinearSolver, OneSymbolicAnalysisServesAMesh) {
+    const Laplacian laplacian(shapes::icosphere(3));
+    const long before = CholeskyAnalysis::builds();
+    LinearSolver first(PdeOperator(laplacian, 0.0, {1.0}), {.kind = SolverKind::cholesky});
+    Block x = Block::Zero(laplacian.vertex_count(), 1);
+    const Block b = random_block(laplacian.vertex_count(), 1);
+    ASSERT_TRUE(first.solve(b, Constraints{{0, 1.0}}, x).converged);
+    for (const double t : {0.1, 0.2}) {
+        LinearSolver other(PdeOperator(laplacian, 1.0, {t}),
+                           {.kind = SolverKind::cholesky, .analysis = first.analysis()});
+        ASSERT_TRUE(other.solve(b, Constraints(), x).converged);
+        ASSERT_TRUE(other.solve(b, some_held(x.rows(), 1, 30), x).converged);
+    }
+    EXPECT_EQ(CholeskyAnalysis::builds(), before + 1);
+}
+
 TEST(LinearSolver, MovingAConstraintRebuildsNothing) {
     const long before = EdgeOperator<double>::builds();
     const Laplacian laplacian(shapes::icosphere(3));
