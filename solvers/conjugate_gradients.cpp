@@ -15,6 +15,9 @@ namespace {
 // Sums over rows are taken in slices of this many, so that they do not depend on the number of threads.
 constexpr Eigen::Index slice = 1 << 13;
 
+// Steps with a preconditioner that do not lower the error by a fifth, after which none will.
+constexpr int most_without_gain = 50;
+
 // sum over i of term(i, c) for each column c.
 template <class Term>
 Vector column_sums(Eigen::Index n, Eigen::Index k, Term term) {
@@ -215,7 +218,11 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         }
     }
     bool indefinite = false;
-    while (!all_done && !indefinite && result.iterations < options.max_iterations) {
+    // Where rounding, or a preconditioner in floats, keeps the error from falling.
+    double best = std::numeric_limits<double>::infinity();
+    int since_best = 0;
+    while (!all_done && !indefinite && since_best < most_without_gain &&
+           result.iterations < options.max_iterations) {
         report(options.progress, "conjugate gradients", -1.0);
         apply(p, q);
         ++result.products;
@@ -247,6 +254,11 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         rz = next;
         all_done = check(false);
         if (all_done) break;
+        if (options.preconditioner) {
+            const bool gained = errors.maxCoeff() < 0.8 * best;
+            best = gained ? errors.maxCoeff() : best;
+            since_best = gained ? 0 : since_best + 1;
+        }
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
@@ -264,7 +276,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     if (indefinite || !std::isfinite(result.relative_residual)) {
         result.reason = StopReason::not_definite;
     } else if (!all_done) {
-        result.reason = StopReason::iteration_limit;
+        result.reason = since_best < most_without_gain ? StopReason::iteration_limit : StopReason::stagnated;
     } else {
         result.reason = StopReason::converged;
     }

@@ -64,8 +64,9 @@ struct FourEntries {
     std::array<float, 4> value;
 };
 
+// Left to itself the compiler calls this for every four numbers.
 template <int K>
-void subtract_four(const FourEntries& four, const float* x, FloatRow<K>& sum) {
+[[gnu::always_inline]] inline void subtract_four(const FourEntries& four, const float* x, FloatRow<K>& sum) {
     const auto at = [&](std::size_t e) { return x + K * static_cast<std::ptrdiff_t>(four.column[e]); };
     const std::array<const float*, 4> from{at(0), at(1), at(2), at(3)};
     for (int c = 0; c < K; ++c) {

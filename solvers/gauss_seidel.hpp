@@ -6,6 +6,7 @@
 //     smoother.up<1>(b, x);                       // x += (D + U)^-1 (b - A x)
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -88,9 +89,9 @@ GaussSeidel::GaussSeidel(Index n, const Rows& A, const std::vector<char>& held) 
         reach[at(i)] = last;
     }
     order_ = SweepOrder(reach, 1);
-    std::vector<char> separates(at(n));
-    for (Index i = 0; i < n; ++i)
-        separates[at(i)] = order_.separates(i) ? 1 : 0;
+    std::vector<char> separates(at(n), 0);
+    for (const beltrami::Rows& rows : order_.separators())
+        std::fill(separates.begin() + rows.first, separates.begin() + rows.end, 1);
     const auto earlier = [&](Index j, Index i) {
         return separates[at(i)] == separates[at(j)] ? j < i : separates[at(j)] < separates[at(i)];
     };

@@ -45,43 +45,26 @@ class Interpolation {
             begin_.push_back(static_cast<Index>(entry_.size()));
         }
         // Restriction adds to coarse rows: stretches of fine rows that are apart by one touch none in common.
-        for (stretches_ = std::clamp(n / 10000, 1, 16); stretches_ > 1; --stretches_) {
-            std::vector<Index> lowest(at(stretches_), P.columns);
-            std::vector<Index> highest(at(stretches_), -1);
-            for (int s = 0; s < stretches_; ++s) {
-                for (Index i = first(s); i < first(s + 1); ++i) {
-                    P.for_row(i, [&](Index j, double) {
-                        lowest[at(s)] = std::min(lowest[at(s)], j);
-                        highest[at(s)] = std::max(highest[at(s)], j);
-                    });
-                }
-            }
-            bool apart = true;
-            Index so_far = -1;
-            for (int s = 2; s < stretches_; ++s) {
-                so_far = std::max(so_far, highest[at(s - 2)]);
-                apart = apart && lowest[at(s)] > so_far;
-            }
-            if (apart) break;
+        int count = std::clamp(n / 10000, 1, 16);
+        for (; count > 1 && !apart(P, count); --count) {
         }
+        for (int s = 0; s < count; ++s)
+            stretches_[s % 2].push_back(stretch(n, s, count));
     }
 
     // coarse = P^T f(i), where f gives the numbers of a fine row.
     template <int K, class Function>
     void restrict(Index coarse_rows, float* coarse, Function f) const {
         std::fill_n(coarse, K * at(coarse_rows), 0.0F);
-        for (int parity = 0; parity < 2; ++parity) {
-#pragma omp parallel for schedule(static) if (stretches_ > 1)
-            for (int s = parity; s < stretches_; s += 2) {
-                const FlushToZero flush;
-                for (Index i = first(s); i < first(s + 1); ++i) {
-                    const FloatRow<K> numbers = f(i);
-                    for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e) {
-                        for (std::size_t f = 0; f < 4; ++f)
-                            numbers.add_to(entry_[at(e)].value[f], coarse + K * at(entry_[at(e)].column[f]));
-                    }
+        for (const std::vector<Rows>& stretches : stretches_) {
+            sweep(stretches, [&](Rows rows, Index t) {
+                const Index i = rows.first + t;
+                const FloatRow<K> numbers = f(i);
+                for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e) {
+                    for (std::size_t c = 0; c < 4; ++c)
+                        numbers.add_to(entry_[at(e)].value[c], coarse + K * at(entry_[at(e)].column[c]));
                 }
-            }
+            });
         }
     }
     // Row i of P coarse.
@@ -97,11 +80,11 @@ class Interpolation {
     // fine += P coarse.
     template <int K>
     void add(const float* coarse, float* fine) const {
-#pragma omp parallel for schedule(static) if (stretches_ > 1)
-        for (int s = 0; s < stretches_; ++s) {
-            const FlushToZero flush;
-            for (Index i = first(s); i < first(s + 1); ++i)
+        for (const std::vector<Rows>& stretches : stretches_) {
+            sweep(stretches, [&](Rows rows, Index t) {
+                const Index i = rows.first + t;
                 row<K>(i, coarse).add_to(1.0F, fine + K * at(i));
+            });
         }
     }
     [[nodiscard]] std::size_t memory_bytes() const {
@@ -109,12 +92,34 @@ class Interpolation {
     }
 
   private:
-    [[nodiscard]] Index first(int s) const {
-        return static_cast<Index>(static_cast<std::ptrdiff_t>(begin_.size() - 1) * s / stretches_);
+    static Rows stretch(Index n, int s, int count) {
+        const auto bound = [&](int i) {
+            return static_cast<Index>(static_cast<std::ptrdiff_t>(n) * i / count);
+        };
+        return {bound(s), bound(s + 1)};
+    }
+    static bool apart(const SparseRows& P, int count) {
+        Index before_last = -1;  // the highest column of all stretches but the last two
+        Index last = -1;
+        for (int s = 0; s < count; ++s) {
+            const Rows rows = stretch(P.rows(), s, count);
+            Index lowest = P.columns;
+            Index highest = -1;
+            for (Index i = rows.first; i < rows.end; ++i) {
+                P.for_row(i, [&](Index j, double) {
+                    lowest = std::min(lowest, j);
+                    highest = std::max(highest, j);
+                });
+            }
+            if (lowest <= before_last) return false;
+            before_last = std::max(before_last, last);
+            last = highest;
+        }
+        return true;
     }
     std::vector<Index> begin_{0};
     std::vector<FourEntries> entry_;
-    int stretches_ = 1;
+    std::array<std::vector<Rows>, 2> stretches_;  // every other one
 };
 
 struct Level {
@@ -217,14 +222,6 @@ SparseRows smoothed(Index n, const Rows& K, const SparseRows& P, const std::vect
     return product(n, JacobiRows<Rows>{K, weight}, P);
 }
 
-SparseRows scaled_rows(const Vector& scale, SparseRows A) {
-    for (Index i = 0; i < A.rows(); ++i) {
-        for (Index e = A.begin[at(i)]; e < A.begin[at(i + 1)]; ++e)
-            A.value[at(e)] *= scale[i];
-    }
-    return A;
-}
-
 }  // namespace
 
 struct Multigrid::Levels {
@@ -257,7 +254,8 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
             "least",
             "use another solver");
     // In a unit of its own, so that floats hold it in any unit of length.
-    levels_->unit = typical(A.diagonal());
+    const Vector diagonal = A.diagonal();
+    levels_->unit = typical(diagonal);
     std::vector<double> gamma = A.gamma();
     for (double& g : gamma)
         g /= levels_->unit;
@@ -269,45 +267,68 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
     std::vector<char> is_held(at(A.rows()), 0);
     for (const Index i : held)
         is_held[at(i)] = 1;
-    SparseRows coarse;    // A on the level
-    SparseRows coarse_K;  // K on the level, where interpolation is smoothed with it
+    SparseRows stored;    // A on the level; the finest is not stored
+    SparseRows stored_K;  // K on the level, where interpolation is smoothed with it
     for (int l = 0;; ++l) {
         report(progress, "multigrid", static_cast<double>(l) / hierarchy.level_count());
+        const bool last = l + 1 == hierarchy.level_count();
+        const Index n = hierarchy.size(l);
+        SparseRows coarse;
+        SparseRows coarse_K;
+        SparseRows P;
+        if (l == 0) {
+            for (Index i = 0; i < n; ++i) {
+                if (!(diagonal[i] > 0.0)) is_held[at(i)] = 1;
+                if (is_held[at(i)] != 0) levels_->held.push_back(i);
+            }
+        } else {
+            is_held.assign(at(n), 0);
+            for (Index i = 0; i < n; ++i) {
+                double own = 0.0;
+                stored.for_row(i, [&](Index j, double a) { own = i == j ? a : own; });
+                if (!(own > 0.0)) is_held[at(i)] = 1;
+            }
+        }
+        // What is made on the way to the coarse operator is gone before the level itself is made.
+        if (!last) {
+            P = masked(hierarchy.prolongation(l), is_held);
+            if (!bilaplacian) {
+                const SparseRows AP = l == 0 ? product(n, plain, P) : product(stored, P);
+                coarse = product(transpose(P), AP);
+            } else if (l == 0) {
+                P = smoothed(n, StiffnessRows{K}, P, is_held);
+                const SparseRows KP = product(n, StiffnessRows{K}, P);
+                {
+                    SparseRows weighted = transpose(KP);
+                    scale_columns(gamma[1] * A.laplacian().inverse_mass(), weighted);
+                    coarse = product(weighted, KP);
+                }
+                const SparseRows restriction = transpose(P);
+                coarse_K = product(restriction, KP);
+                if (gamma[0] > 0.0 || scaled.sigma() > 0.0)
+                    coarse = sum(coarse, product(restriction, product(n, plain, P)));
+            } else {
+                P = smoothed(n, stored_K, P, is_held);
+                const SparseRows restriction = transpose(P);
+                coarse = product(restriction, product(stored, P));
+                coarse_K = product(restriction, product(stored_K, P));
+            }
+        }
         Level& level = levels_->levels.emplace_back();
         if (l > 0) {
-            level.stored = GaussSeidel(coarse.rows(), coarse, is_held);
+            level.stored = GaussSeidel(n, stored, is_held);
         } else if (bilaplacian) {
             level.normal.emplace(scaled, is_held);
         } else {
-            level.stored = GaussSeidel(A.rows(), plain, is_held);
+            level.stored = GaussSeidel(n, plain, is_held);
         }
-        for (Index i = 0; i < level.n(); ++i) {
-            is_held[at(i)] = level.is_held(i) ? 1 : 0;
-            if (l == 0 && is_held[at(i)] != 0) levels_->held.push_back(i);
-        }
-        if (l + 1 == hierarchy.level_count()) break;
-        SparseRows P = masked(hierarchy.prolongation(l), is_held);
-        if (!bilaplacian) {
-            coarse = product(transpose(P), l == 0 ? product(A.rows(), plain, P) : product(coarse, P));
-        } else if (l == 0) {
-            P = smoothed(A.rows(), StiffnessRows{K}, P, is_held);
-            const SparseRows KP = product(A.rows(), StiffnessRows{K}, P);
-            coarse = product(transpose(KP), scaled_rows(gamma[1] * A.laplacian().inverse_mass(), KP));
-            const SparseRows restriction = transpose(P);
-            coarse_K = product(restriction, KP);
-            if (gamma[0] > 0.0 || scaled.sigma() > 0.0)
-                coarse = sum(coarse, product(restriction, product(A.rows(), plain, P)));
-        } else {
-            P = smoothed(coarse_K.rows(), coarse_K, P, is_held);
-            const SparseRows restriction = transpose(P);
-            coarse = product(restriction, product(coarse, P));
-            coarse_K = product(restriction, product(coarse_K, P));
-        }
+        if (last) break;
         level.from_coarser = Interpolation(P);
-        is_held.assign(at(coarse.rows()), 0);
+        stored = std::move(coarse);
+        stored_K = std::move(coarse_K);
     }
-    if (levels_->levels.size() == 1) coarse = rows_of(scaled.to_sparse());
-    levels_->factor(coarse);
+    if (levels_->levels.size() == 1) stored = rows_of(scaled.to_sparse());
+    levels_->factor(stored);
 }
 
 // Where nothing holds a piece A is singular there: a little of its diagonal makes it definite. So much that the rounding of

@@ -31,7 +31,8 @@ class NormalGaussSeidel {
         order_.backward([&](Index i) { step<K>(i, b, x, w); });
     }
     template <int K>
-    [[nodiscard]] FloatRow<K> residual(Index i, const float* b, const float* x, const float* w) const {
+    [[nodiscard]] [[gnu::always_inline]] FloatRow<K> residual(Index i, const float* b, const float* x,
+                                                              const float* w) const {
         FloatRow<K> r;
         if (inverse_[at(i)] == 0.0F) return r;
         r = FloatRow<K>(b + K * at(i));
@@ -95,7 +96,7 @@ class NormalGaussSeidel {
             change<K>(rows[a], delta[at(a)], x, w);
     }
     template <int K>
-    void change(Index i, const FloatRow<K>& delta, float* x, float* w) const {
+    [[gnu::always_inline]] void change(Index i, const FloatRow<K>& delta, float* x, float* w) const {
         delta.add_to(1.0F, x + K * at(i));
         delta.add_to(own_[at(i)], w + K * at(i));
         for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e) {

@@ -16,9 +16,16 @@ std::size_t at(Eigen::Index i) {
 SparseRows rows_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& A) {
     SparseRows rows;
     rows.columns = static_cast<Index>(A.cols());
-    rows.begin.assign(A.outerIndexPtr(), A.outerIndexPtr() + A.rows() + 1);
-    rows.column.assign(A.innerIndexPtr(), A.innerIndexPtr() + A.nonZeros());
-    rows.value.assign(A.valuePtr(), A.valuePtr() + A.nonZeros());
+    rows.begin.reserve(at(A.rows()) + 1);
+    rows.column.reserve(at(A.nonZeros()));
+    rows.value.reserve(at(A.nonZeros()));
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(A, i); entry; ++entry) {
+            rows.column.push_back(static_cast<Index>(entry.col()));
+            rows.value.push_back(entry.value());
+        }
+        rows.begin.push_back(static_cast<Index>(rows.column.size()));
+    }
     return rows;
 }
 
@@ -48,6 +55,11 @@ SparseRows transpose(const SparseRows& A) {
         });
     }
     return result;
+}
+
+void scale_columns(const Vector& scale, SparseRows& A) {
+    for (std::size_t e = 0; e < A.column.size(); ++e)
+        A.value[e] *= scale[A.column[e]];
 }
 
 SparseRows sum(const SparseRows& A, const SparseRows& B) {

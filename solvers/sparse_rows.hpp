@@ -60,6 +60,8 @@ inline SparseRows product(const SparseRows& A, const SparseRows& B) {
     return product(A.rows(), A, B);
 }
 
+/// Column j times scale[j].
+void scale_columns(const Vector& scale, SparseRows& A);
 /// A + B.
 SparseRows sum(const SparseRows& A, const SparseRows& B);
 
@@ -99,8 +101,13 @@ SparseRows product(Index rows, const Rows& A, const SparseRows& B) {
                                                  B.begin[static_cast<std::size_t>(j)]);
             });
             if (most > part.column.size()) {
-                part.column.resize(most + most / 2);
-                part.value.resize(most + most / 2);
+                // As many as the rows so far let expect, and some more.
+                const double made = std::max(1.0, static_cast<double>(i - bound(t)));
+                const double left = static_cast<double>(bound(t + 1) - i);
+                const auto room =
+                    std::max(most + most / 8, static_cast<std::size_t>(used * (1.0 + 1.05 * left / made)));
+                part.column.resize(made < 1000.0 ? most + most / 2 : room);
+                part.value.resize(part.column.size());
             }
             const Index first = used;
             Index* const columns = part.column.data();

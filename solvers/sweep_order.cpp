@@ -1,6 +1,7 @@
 #include "beltrami/solvers/sweep_order.hpp"
 
 #include <optional>
+#include <utility>
 
 namespace beltrami {
 
@@ -12,8 +13,8 @@ constexpr int most_stretches = 16;
 constexpr double most_separating = 0.2;
 
 struct Stretches {
-    std::vector<Index> first;
-    std::vector<Index> inner;
+    std::vector<Rows> inner;
+    std::vector<Rows> separators;
 };
 
 std::optional<Stretches> divided(const std::vector<Index>& reach, int rings, int count) {
@@ -22,16 +23,17 @@ std::optional<Stretches> divided(const std::vector<Index>& reach, int rings, int
     Index separating = 0;
     for (int s = 0; s < count; ++s) {
         const auto first = static_cast<Index>(static_cast<std::ptrdiff_t>(n) * s / count);
-        if (!result.inner.empty() && first < result.inner.back()) return std::nullopt;
+        const auto end = static_cast<Index>(static_cast<std::ptrdiff_t>(n) * (s + 1) / count);
         Index inner = first;
         for (int ring = 0; ring < rings && inner > 0; ++ring)
             inner = std::max(inner, reach[static_cast<std::size_t>(inner) - 1]);
-        result.first.push_back(first);
-        result.inner.push_back(inner);
+        // Otherwise separators touch.
+        if (inner > end) return std::nullopt;
+        result.separators.push_back({first, inner});
+        result.inner.push_back({inner, end});
         separating += inner - first;
     }
-    if (result.inner.back() > n || separating > most_separating * n) return std::nullopt;
-    result.first.push_back(n);
+    if (separating > most_separating * n) return std::nullopt;
     return result;
 }
 
@@ -39,16 +41,16 @@ std::optional<Stretches> divided(const std::vector<Index>& reach, int rings, int
 
 SweepOrder::SweepOrder(const std::vector<Index>& reach, int rings) {
     const auto n = static_cast<Index>(reach.size());
-    int count = std::clamp(static_cast<int>(n / shortest_stretch), 1, most_stretches);
-    for (; count > 1; --count) {
+    for (int count = std::clamp(static_cast<int>(n / shortest_stretch), 1, most_stretches); count > 1;
+         --count) {
         if (auto found = divided(reach, rings, count)) {
-            first_ = std::move(found->first);
-            inner_ = std::move(found->inner);
+            inner_rows_ = std::move(found->inner);
+            separators_ = std::move(found->separators);
             return;
         }
     }
-    first_ = {0, n};
-    inner_ = {0};
+    inner_rows_ = {{0, n}};
+    separators_ = {{0, 0}};
 }
 
 }  // namespace beltrami

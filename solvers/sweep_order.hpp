@@ -8,13 +8,60 @@
 // The stretches depend on the matrix alone, so a sweep's result does not depend on the number of threads.
 #pragma once
 
+#include <omp.h>
+
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "beltrami/framework/types.hpp"
 #include "beltrami/solvers/float_rows.hpp"
 
 namespace beltrami {
+
+/// Rows first ... end - 1.
+struct Rows {
+    Index first;
+    Index end;
+    [[nodiscard]] Index count() const { return end - first; }
+};
+
+/// step(rows, t) for t = 0 ... of each of the stretches, which must not depend on each other. Stretches take turns row by row:
+/// a step waits for the last one of its own stretch, and meanwhile the processor works on the others.
+template <class Step>
+void sweep(const std::vector<Rows>& stretches, Step step) {
+    const auto count = static_cast<int>(stretches.size());
+    constexpr int most_at_once = 4;
+    const int at_once = std::clamp(count / omp_get_max_threads(), 1, most_at_once);
+    const int groups = (count + at_once - 1) / at_once;
+#pragma omp parallel for schedule(static) if (groups > 1)
+    for (int g = 0; g < groups; ++g) {
+        const FlushToZero flush;
+        const Rows* const group = stretches.data() + g * at_once;
+        const int size = std::min(at_once, count - g * at_once);
+        Index together = group[0].count();
+        for (int s = 1; s < size; ++s)
+            together = std::min(together, group[s].count());
+        if (size == most_at_once) {
+            const std::array<Rows, most_at_once> rows{group[0], group[1], group[2], group[3]};
+            for (Index t = 0; t < together; ++t) {
+                step(rows[0], t);
+                step(rows[1], t);
+                step(rows[2], t);
+                step(rows[3], t);
+            }
+        } else {
+            for (Index t = 0; t < together; ++t) {
+                for (int s = 0; s < size; ++s)
+                    step(group[s], t);
+            }
+        }
+        for (int s = 0; s < size; ++s) {
+            for (Index t = together; t < group[s].count(); ++t)
+                step(group[s], t);
+        }
+    }
+}
 
 class SweepOrder {
   public:
@@ -23,61 +70,22 @@ class SweepOrder {
     SweepOrder(const std::vector<Index>& reach, int rings);
     SweepOrder() = default;
 
-    /// Whether row i comes before row j.
-    [[nodiscard]] bool before(Index i, Index j) const {
-        const bool i_separates = separates(i);
-        const bool j_separates = separates(j);
-        return i_separates == j_separates ? i < j : j_separates;
-    }
-    [[nodiscard]] bool separates(Index i) const {
-        const auto stretch = std::upper_bound(first_.begin(), first_.end(), i) - first_.begin() - 1;
-        return i < inner_[static_cast<std::size_t>(stretch)];
-    }
-    [[nodiscard]] int stretches() const { return static_cast<int>(inner_.size()); }
+    [[nodiscard]] const std::vector<Rows>& separators() const { return separators_; }
 
     template <class Step>
     void forward(Step step) const {
-        const int count = stretches();
-#pragma omp parallel if (count > 1)
-        {
-            const FlushToZero flush;
-#pragma omp for schedule(static)
-            for (int s = 0; s < count; ++s) {
-                for (Index i = inner_[at(s)]; i < first_[at(s + 1)]; ++i)
-                    step(i);
-            }
-#pragma omp for schedule(static)
-            for (int s = 0; s < count; ++s) {
-                for (Index i = first_[at(s)]; i < inner_[at(s)]; ++i)
-                    step(i);
-            }
-        }
+        sweep(inner_rows_, [&](Rows rows, Index t) { step(rows.first + t); });
+        sweep(separators_, [&](Rows rows, Index t) { step(rows.first + t); });
     }
     template <class Step>
     void backward(Step step) const {
-        const int count = stretches();
-#pragma omp parallel if (count > 1)
-        {
-            const FlushToZero flush;
-#pragma omp for schedule(static)
-            for (int s = 0; s < count; ++s) {
-                for (Index i = inner_[at(s)]; i-- > first_[at(s)];)
-                    step(i);
-            }
-#pragma omp for schedule(static)
-            for (int s = 0; s < count; ++s) {
-                for (Index i = first_[at(s + 1)]; i-- > inner_[at(s)];)
-                    step(i);
-            }
-        }
+        sweep(separators_, [&](Rows rows, Index t) { step(rows.end - 1 - t); });
+        sweep(inner_rows_, [&](Rows rows, Index t) { step(rows.end - 1 - t); });
     }
 
   private:
-    static std::size_t at(int s) {
-        return static_cast<std::size_t>(s);
-    }
-    std::vector<Index> first_{0, 0};  // of each stretch, and the end
-    std::vector<Index> inner_{0};     // of each stretch; rows before it, from first_ on, are its separator
+    std::vector<Rows> inner_rows_{{0, 0}};
+    std::vector<Rows> separators_{{0, 0}};  // each before the inner rows of its stretch
 };
 
 }  // namespace beltrami

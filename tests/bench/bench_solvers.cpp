@@ -170,7 +170,8 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
     const Stopwatch watch;
     const Reduced system = reduced(problem);
     const auto n = static_cast<HYPRE_Int>(system.A.rows());
-    MPI_Init(nullptr, nullptr);
+    // Under its other name: MUMPS brings a library of its own that stands in for MPI.
+    PMPI_Init(nullptr, nullptr);
     HYPRE_Init();
     HYPRE_IJMatrix matrix = nullptr;
     HYPRE_IJMatrixCreate(0, 0, n - 1, 0, n - 1, &matrix);
@@ -304,22 +305,22 @@ std::vector<Problem> problems(const Laplacian& laplacian, double h) {
     const PdeOperator K(laplacian, 0.0, {1.0});
     const PdeOperator KDK(laplacian, 0.0, {0.0, 1.0});
     std::vector<Problem> all;
-    all.push_back({"heat, t = 100 h^2", heat(100), Constraints(), {sources(laplacian, 1)}, 1e-8, 2e-9});
-    all.push_back({"heat, t = 10,000 h^2", heat(10000), Constraints(), {sources(laplacian, 1)}, 1e-8, 2e-9});
+    all.push_back({"heat, t = 100 h^2", heat(100), Constraints(), {sources(laplacian, 1)}, 1e-8, 6e-9});
+    all.push_back({"heat, t = 10,000 h^2", heat(10000), Constraints(), {sources(laplacian, 1)}, 1e-8, 1e-8});
     all.push_back({"Laplace, 100 constraints", K, random_values(n, 100), {none}, 1e-8, 1e-9});
     std::vector<Block> ten;
     for (unsigned s = 1; s <= 10; ++s)
         ten.push_back(sources(laplacian, s));
-    all.push_back({"heat, ten steps of t = 100 h^2", heat(100), Constraints(), std::move(ten), 1e-8, 2e-9});
+    all.push_back({"heat, ten steps of t = 100 h^2", heat(100), Constraints(), std::move(ten), 1e-8, 6e-9});
     all.push_back({"heat, 100 right-hand sides",
                    heat(100),
                    Constraints(100),
                    {sources(laplacian, 1, 100)},
                    1e-8,
                    2e-9});
-    all.push_back({"bi-Laplacian, 100 constraints", KDK, random_values(n, 100), {none}, 1e-6, 3e-9});
+    all.push_back({"bi-Laplacian, 100 constraints", KDK, random_values(n, 100), {none}, 1e-6, 1e-9});
     all.push_back(
-        {"bi-Laplacian, 1 constraint", KDK, random_values(n, 1), {sources(laplacian, 1)}, 1e-6, 3e-9});
+        {"bi-Laplacian, 1 constraint", KDK, random_values(n, 1), {sources(laplacian, 1)}, 1e-6, 1e-9});
     all.push_back({"bi-Laplacian, 10,000 constraints", KDK, random_values(n, 10000), {none}, 1e-6, 3e-8});
     return all;
 }

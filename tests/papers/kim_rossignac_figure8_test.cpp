@@ -13,8 +13,8 @@ namespace beltrami {
 namespace {
 
 constexpr double width = 4.0;
-constexpr InterpolateOptions laplacian_only{.laplacian = 1.0, .bilaplacian = 0.0};
-constexpr InterpolateOptions bilaplacian_only{.laplacian = 0.0, .bilaplacian = 1.0};
+const InterpolateOptions laplacian_only{.laplacian = 1.0, .bilaplacian = 0.0};
+const InterpolateOptions bilaplacian_only{.laplacian = 0.0, .bilaplacian = 1.0};
 
 // The plate of docs/interpolate.md: the rim at 0, vertices at these places at 1.
 Block lifted(int cells, const std::vector<std::pair<double, double>>& places,

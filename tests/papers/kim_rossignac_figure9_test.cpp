@@ -13,7 +13,7 @@
 namespace beltrami {
 namespace {
 
-constexpr InterpolateOptions bilaplacian_only{.laplacian = 0.0, .bilaplacian = 1.0};
+const InterpolateOptions bilaplacian_only{.laplacian = 0.0, .bilaplacian = 1.0};
 
 Index nearest_vertex(const Mesh& mesh, const Vector3& place) {
     Index nearest = 0;
