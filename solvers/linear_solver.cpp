@@ -34,8 +34,8 @@ struct Costs {
     double cycle;   // an iteration with it
     double cycles_a_digit;
 };
-constexpr Costs first_order{40.0, 2.8, 0.25, 0.25, 1.4, 0.08, 3.4};
-constexpr Costs second_order{200.0, 8.5, 0.5, 0.8, 5.5, 0.3, 6.5};
+constexpr Costs first_order{40.0, 2.5, 0.25, 0.25, 1.45, 0.07, 3.4};
+constexpr Costs second_order{200.0, 8.5, 0.5, 0.8, 4.5, 0.22, 6.5};
 
 // Below this a factor is always as fast; above this many Green's functions take more room than a factor of K D K.
 constexpr Index worth_multigrid = 30000;
@@ -90,7 +90,7 @@ std::string_view name(SolverKind kind) {
 LinearSolver::LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolverOptions options)
     : A_(std::move(A)),
       product_(A_->product()),
-      options_(options),
+      options_(std::move(options)),
       diagonal_(A_->diagonal()),
       inverse_diagonal_(Vector::Ones(A_->rows())) {
     options_.check();

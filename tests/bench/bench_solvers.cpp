@@ -174,7 +174,7 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
     PMPI_Init(nullptr, nullptr);
     HYPRE_Init();
     HYPRE_IJMatrix matrix = nullptr;
-    HYPRE_IJMatrixCreate(0, 0, n - 1, 0, n - 1, &matrix);
+    HYPRE_IJMatrixCreate(MPI_COMM_WORLD, 0, n - 1, 0, n - 1, &matrix);
     HYPRE_IJMatrixSetObjectType(matrix, HYPRE_PARCSR);
     HYPRE_IJMatrixInitialize(matrix);
     std::vector<HYPRE_Int> counts(static_cast<std::size_t>(n));
@@ -199,7 +199,7 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
     HYPRE_BoomerAMGSetTol(amg, 0.0);
     HYPRE_BoomerAMGSetMaxIter(amg, 1);
     HYPRE_Solver cg = nullptr;
-    HYPRE_ParCSRPCGCreate(0, &cg);
+    HYPRE_ParCSRPCGCreate(MPI_COMM_WORLD, &cg);
     HYPRE_PCGSetMaxIter(cg, 1000);
     HYPRE_PCGSetTol(cg, problem.tolerance);
     HYPRE_PCGSetTwoNorm(cg, 0);  // stops on r^T B r, as ours does on K D K
@@ -207,7 +207,7 @@ std::vector<Block> boomer_amg(const Problem& problem, Outcome& outcome) {
                         reinterpret_cast<HYPRE_PtrToSolverFcn>(HYPRE_BoomerAMGSetup), amg);
     const auto vector = [&](std::vector<double> values) {
         HYPRE_IJVector v = nullptr;
-        HYPRE_IJVectorCreate(0, 0, n - 1, &v);
+        HYPRE_IJVectorCreate(MPI_COMM_WORLD, 0, n - 1, &v);
         HYPRE_IJVectorSetObjectType(v, HYPRE_PARCSR);
         HYPRE_IJVectorInitialize(v);
         HYPRE_IJVectorSetValues(v, n, rows.data(), values.data());
