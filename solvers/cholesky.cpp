@@ -26,7 +26,7 @@ std::size_t at(Eigen::Index i) {
 
 [[noreturn]] void no_room(Eigen::Index n) {
     throw SolveError(fmt::format("the Cholesky factor of {} unknowns does not fit in memory", n),
-                     "use the solver cg");
+                     "use the solver multigrid or cg");
 }
 
 [[noreturn]] void not_definite(Index n) {
