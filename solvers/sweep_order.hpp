@@ -8,10 +8,6 @@
 // The stretches depend on the matrix alone, so a sweep's result does not depend on the number of threads.
 #pragma once
 
-#include <omp.h>
-
-#include <algorithm>
-#include <array>
 #include <vector>
 
 #include "beltrami/framework/types.hpp"
@@ -26,40 +22,16 @@ struct Rows {
     [[nodiscard]] Index count() const { return end - first; }
 };
 
-/// step(rows, t) for t = 0 ... of each of the stretches, which must not depend on each other. Stretches take turns row by row:
-/// a step waits for the last one of its own stretch, and meanwhile the processor works on the others.
+/// step(rows, t) for t = 0 ... of each of the stretches, which must not depend on each other.
 template <class Step>
 void sweep(const std::vector<Rows>& stretches, Step step) {
     const auto count = static_cast<int>(stretches.size());
-    constexpr int most_at_once = 4;
-    const int at_once = std::clamp(count / omp_get_max_threads(), 1, most_at_once);
-    const int groups = (count + at_once - 1) / at_once;
-#pragma omp parallel for schedule(static) if (groups > 1)
-    for (int g = 0; g < groups; ++g) {
+#pragma omp parallel for schedule(static) if (count > 1)
+    for (int s = 0; s < count; ++s) {
         const FlushToZero flush;
-        const Rows* const group = stretches.data() + g * at_once;
-        const int size = std::min(at_once, count - g * at_once);
-        Index together = group[0].count();
-        for (int s = 1; s < size; ++s)
-            together = std::min(together, group[s].count());
-        if (size == most_at_once) {
-            const std::array<Rows, most_at_once> rows{group[0], group[1], group[2], group[3]};
-            for (Index t = 0; t < together; ++t) {
-                step(rows[0], t);
-                step(rows[1], t);
-                step(rows[2], t);
-                step(rows[3], t);
-            }
-        } else {
-            for (Index t = 0; t < together; ++t) {
-                for (int s = 0; s < size; ++s)
-                    step(group[s], t);
-            }
-        }
-        for (int s = 0; s < size; ++s) {
-            for (Index t = together; t < group[s].count(); ++t)
-                step(group[s], t);
-        }
+        const Rows rows = stretches[static_cast<std::size_t>(s)];
+        for (Index t = 0; t < rows.count(); ++t)
+            step(rows, t);
     }
 }
 
