@@ -74,7 +74,8 @@ int main(int argc, char** argv) {
     } catch (const beltrami::Error& error) {
         return complain(error.what(), error.hint(), error.exit_status());
     } catch (const std::bad_alloc&) {
-        return complain("this machine's memory does not suffice", "use a smaller mesh, or --solver multigrid", 3);
+        return complain("this machine's memory does not suffice", "use a smaller mesh, or --solver multigrid",
+                        3);
     } catch (const std::exception& error) {
         return complain(error.what(), "this is a defect of beltrami; please report it with the command line",
                         1);
