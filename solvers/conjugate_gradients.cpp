@@ -138,7 +138,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     // Everything is measured against the load with the free values at zero.
     Vector load = column_norms(r, weight);
     Vector scaled_load = column_norms(r, inverse_diagonal);
-    Vector energy_load = Vector::Constant(k, -1.0);  // with a preconditioner B: r_0^T B r_0
+    std::optional<Vector> energy_load;  // with a preconditioner B: r_0^T B r_0
     std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
     if (const auto zero = zero_start(apply, held, b, x)) {
         ++result.products;
@@ -178,9 +178,12 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         return column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return rs[at] * zs[at]; });
     };
 
+    const auto preconditioned = [&](Eigen::Index i, Eigen::Index at) {
+        return zs != nullptr ? zs[at] : P[i] * rs[at];
+    };
+
     Vector rz = precondition();
-    // Started at zero.
-    if (energy_load.size() > 0 && energy_load[0] < 0.0) energy_load = rz;
+    if (!energy_load) energy_load = rz;  // it was started at zero
     Vector alpha(k);
     Vector beta(k);
     std::vector<char> done(static_cast<std::size_t>(k), 0);
@@ -194,7 +197,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             if (load[c] == 0.0 || rz[c] == 0.0) {
                 errors[c] = 0.0;
             } else if (energy && options.preconditioner) {
-                errors[c] = std::sqrt(std::max(rz[c], 0.0) / energy_load[c]);
+                errors[c] = std::sqrt(std::max(rz[c], 0.0) / (*energy_load)[c]);
             } else if (energy) {
                 // At the start nothing is known of the energy error but that a residual at rounding ends it.
                 errors[c] = first ? std::numeric_limits<double>::max()
@@ -214,7 +217,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
-                ps[i * k + c] = zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c];
+                ps[i * k + c] = preconditioned(i, i * k + c);
         }
     }
     bool indefinite = false;
@@ -255,15 +258,15 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         all_done = check(false);
         if (all_done) break;
         if (options.preconditioner) {
-            const bool gained = errors.maxCoeff() < 0.8 * best;
-            best = gained ? errors.maxCoeff() : best;
+            const double worst = errors.maxCoeff();
+            const bool gained = worst < 0.8 * best;
+            best = gained ? worst : best;
             since_best = gained ? 0 : since_best + 1;
         }
 #pragma omp parallel for schedule(static) if (n * k > 30000)
         for (Eigen::Index i = 0; i < n; ++i) {
             for (Eigen::Index c = 0; c < k; ++c)
-                ps[i * k + c] =
-                    (zs != nullptr ? zs[i * k + c] : P[i] * rs[i * k + c]) + beta[c] * ps[i * k + c];
+                ps[i * k + c] = preconditioned(i, i * k + c) + beta[c] * ps[i * k + c];
         }
     }
 

@@ -64,6 +64,19 @@ struct FourEntries {
     std::array<float, 4> value;
 };
 
+/// Four that are still empty; `column` is any that may be read.
+inline FourEntries no_entries(Index column) {
+    return {{column, column, column, column}, {0.0F, 0.0F, 0.0F, 0.0F}};
+}
+
+/// p += the transpose of a row, times `numbers`.
+template <int K>
+[[gnu::always_inline]] inline void add_four_to(const FourEntries& four, const FloatRow<K>& numbers,
+                                               float* p) {
+    for (std::size_t e = 0; e < 4; ++e)
+        numbers.add_to(four.value[e], p + K * static_cast<std::ptrdiff_t>(four.column[e]));
+}
+
 // Left to itself the compiler calls this for every four numbers.
 template <int K>
 [[gnu::always_inline]] inline void subtract_four(const FourEntries& four, const float* x, FloatRow<K>& sum) {

@@ -1,8 +1,8 @@
 // Symmetric Gauss-Seidel in floats, 1 to 4 columns at once: the smoother of multigrid on every level whose operator is stored.
 //
-//     const GaussSeidel smoother(rows, held);
+//     const GaussSeidel smoother(n, A, held);
 //     smoother.down<1>(b, x);                     // x = (D + L)^-1 b
-//     smoother.residual_of_down<1>(x, take);      // take(i, b - A x), from what down() has not seen
+//     smoother.residual_of_down<1>(i, x);         // row i of b - A x, from what down() has not seen
 //     smoother.up<1>(b, x);                       // x += (D + U)^-1 (b - A x)
 #pragma once
 
@@ -90,7 +90,7 @@ GaussSeidel::GaussSeidel(Index n, const Rows& A, const std::vector<char>& held) 
     }
     order_ = SweepOrder(reach, 1);
     std::vector<char> separates(at(n), 0);
-    for (const beltrami::Rows& rows : order_.separators())
+    for (const RowRange& rows : order_.separators())
         std::fill(separates.begin() + rows.first, separates.begin() + rows.end, 1);
     const auto earlier = [&](Index j, Index i) {
         return separates[at(i)] == separates[at(j)] ? j < i : separates[at(j)] < separates[at(i)];
@@ -108,7 +108,7 @@ GaussSeidel::GaussSeidel(Index n, const Rows& A, const std::vector<char>& held) 
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Index i = 0; i < n; ++i) {
         for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e)
-            entry_[at(e)] = {{i, i, i, i}, {0.0F, 0.0F, 0.0F, 0.0F}};
+            entry_[at(e)] = no_entries(i);
         Index front = 4 * begin_[at(i)];
         Index back = 4 * later_[at(i)];
         A.for_row(i, [&](Index j, double a) {

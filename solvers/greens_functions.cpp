@@ -108,7 +108,7 @@ void GreensFunctions::solve(double gamma, const Block& b, Block& x, LinearSummar
         wanted -= functions_.transpose() * (laplacian_.mass().asDiagonal() * v);
         v += functions_ * Block(coupling_.solve(wanted));
     }
-    const Block before = x;
+    const Block kept = x(held_, Eigen::all);
     Block u;
     solve_stiffness(laplacian_.mass().asDiagonal() * v, u);
     // The constants that solve_stiffness() took away come back with the pins' values.
@@ -119,8 +119,7 @@ void GreensFunctions::solve(double gamma, const Block& b, Block& x, LinearSummar
         if (laplacian_.graph().degree(static_cast<Index>(i)) > 0)
             x.row(i) = u.row(i) + shift.row(component_[static_cast<std::size_t>(i)]);
     }
-    for (const Index i : held_)
-        x.row(i) = before.row(i);
+    x(held_, Eigen::all) = kept;
     summary.iterations += done_.iterations;
     summary.products += done_.products;
     summary.factorizations += done_.factorizations;

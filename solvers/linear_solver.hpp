@@ -8,8 +8,9 @@
 //     summary = solver.solve(b, held, x);                    // nothing was rebuilt but, with Cholesky, the factor
 //
 // Everything here is in the working order of the operator's Laplacian, and a vertex is a row of A: the real form of a
-// complex operator has two for each of the mesh. Vertices whose row of A is zero (isolated ones) keep what x has. A factor is kept while the set of held vertices
-// stays the same, and corrected where few come and go; their values may change freely.
+// complex operator has two for each of the mesh. Vertices whose row of A is zero (isolated ones) keep what x has. A factor
+// is kept while the set of held vertices stays the same, and corrected where few come and go; their values may change
+// freely.
 #pragma once
 
 #include <concepts>

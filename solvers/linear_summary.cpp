@@ -8,6 +8,14 @@
 
 namespace beltrami {
 
+namespace {
+
+bool is_iterative(std::string_view solver) {
+    return solver == "cg" || solver == "multigrid";
+}
+
+}  // namespace
+
 std::string_view name(StoppingNorm norm) {
     switch (norm) {
         case StoppingNorm::automatic:
@@ -41,8 +49,8 @@ std::string_view sentence(StopReason reason) {
 std::string LinearSummary::brief() const {
     return fmt::format("{}: {}{} {} to {:.1e} ({}) for {} unknowns x {} in {:.2f} s", solver,
                        converged ? "" : "NOT CONVERGED, ", iterations,
-                       solver == "cg" || solver == "multigrid" ? "iterations" : "refinements", error,
-                       name(norm), unknowns, columns, setup_seconds + solve_seconds);
+                       is_iterative(solver) ? "iterations" : "refinements", error, name(norm), unknowns,
+                       columns, setup_seconds + solve_seconds);
 }
 
 std::string LinearSummary::full() const {
@@ -88,7 +96,7 @@ void require_converged(const LinearSummary& summary) {
         fmt::format("the {} solve stopped at {:.1e} ({}) after {} iterations, short of {:.1e}: {}",
                     summary.solver, summary.error, name(summary.norm), summary.iterations, summary.tolerance,
                     sentence(summary.reason)),
-        summary.solver == "cg" || summary.solver == "multigrid"
+        is_iterative(summary.solver)
             ? "try the solver cholesky, a larger tolerance or more iterations"
             : "look at the mesh with `beltrami info`: slivers make operators singular");
 }

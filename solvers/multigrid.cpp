@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -36,7 +35,7 @@ class Interpolation {
             Index filled = 4;
             P.for_row(i, [&](Index j, double w) {
                 if (filled == 4) {
-                    entry_.push_back({{j, j, j, j}, {0.0F, 0.0F, 0.0F, 0.0F}});
+                    entry_.push_back(no_entries(j));
                     filled = 0;
                 }
                 entry_.back().column[at(filled)] = j;
@@ -49,21 +48,18 @@ class Interpolation {
         for (; count > 1 && !apart(P, count); --count) {
         }
         for (int s = 0; s < count; ++s)
-            stretches_[s % 2].push_back(stretch(n, s, count));
+            stretches_[s % 2].push_back(even_part(n, s, count));
     }
 
     // coarse = P^T f(i), where f gives the numbers of a fine row.
     template <int K, class Function>
     void restrict(Index coarse_rows, float* coarse, Function f) const {
         std::fill_n(coarse, K * at(coarse_rows), 0.0F);
-        for (const std::vector<Rows>& stretches : stretches_) {
-            sweep(stretches, [&](Rows rows, Index t) {
-                const Index i = rows.first + t;
+        for (const std::vector<RowRange>& stretches : stretches_) {
+            sweep(stretches, [&](Index i) {
                 const FloatRow<K> numbers = f(i);
-                for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e) {
-                    for (std::size_t c = 0; c < 4; ++c)
-                        numbers.add_to(entry_[at(e)].value[c], coarse + K * at(entry_[at(e)].column[c]));
-                }
+                for (Index e = begin_[at(i)]; e < begin_[at(i + 1)]; ++e)
+                    add_four_to<K>(entry_[at(e)], numbers, coarse);
             });
         }
     }
@@ -80,29 +76,19 @@ class Interpolation {
     // fine += P coarse.
     template <int K>
     void add(const float* coarse, float* fine) const {
-        for (const std::vector<Rows>& stretches : stretches_) {
-            sweep(stretches, [&](Rows rows, Index t) {
-                const Index i = rows.first + t;
-                row<K>(i, coarse).add_to(1.0F, fine + K * at(i));
-            });
-        }
+        for (const std::vector<RowRange>& stretches : stretches_)
+            sweep(stretches, [&](Index i) { row<K>(i, coarse).add_to(1.0F, fine + K * at(i)); });
     }
     [[nodiscard]] std::size_t memory_bytes() const {
         return entry_.size() * sizeof(FourEntries) + begin_.size() * sizeof(Index);
     }
 
   private:
-    static Rows stretch(Index n, int s, int count) {
-        const auto bound = [&](int i) {
-            return static_cast<Index>(static_cast<std::ptrdiff_t>(n) * i / count);
-        };
-        return {bound(s), bound(s + 1)};
-    }
     static bool apart(const SparseRows& P, int count) {
         Index before_last = -1;  // the highest column of all stretches but the last two
         Index last = -1;
         for (int s = 0; s < count; ++s) {
-            const Rows rows = stretch(P.rows(), s, count);
+            const RowRange rows = even_part(P.rows(), s, count);
             Index lowest = P.columns;
             Index highest = -1;
             for (Index i = rows.first; i < rows.end; ++i) {
@@ -119,7 +105,7 @@ class Interpolation {
     }
     std::vector<Index> begin_{0};
     std::vector<FourEntries> entry_;
-    std::array<std::vector<Rows>, 2> stretches_;  // every other one
+    std::array<std::vector<RowRange>, 2> stretches_;  // every other one
 };
 
 struct Level {
@@ -164,23 +150,6 @@ struct Level {
         }
     }
 };
-
-// The rows of P, without those that are held.
-SparseRows masked(const Hierarchy::Prolongation& P, const std::vector<char>& held) {
-    SparseRows rows;
-    rows.columns = static_cast<Index>(P.cols());
-    rows.begin.reserve(at(P.rows()) + 1);
-    rows.column.reserve(at(P.nonZeros()));
-    rows.value.reserve(at(P.nonZeros()));
-    for (Index i = 0; i < P.rows(); ++i) {
-        for (Hierarchy::Prolongation::InnerIterator entry(P, i); entry && held[at(i)] == 0; ++entry) {
-            rows.column.push_back(static_cast<Index>(entry.col()));
-            rows.value.push_back(entry.value());
-        }
-        rows.begin.push_back(static_cast<Index>(rows.column.size()));
-    }
-    return rows;
-}
 
 // The geometric mean of what is positive; 1 where nothing is.
 double typical(const Vector& diagonal) {
@@ -291,7 +260,7 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
         }
         // What is made on the way to the coarse operator is gone before the level itself is made.
         if (!last) {
-            P = masked(hierarchy.prolongation(l), is_held);
+            P = rows_of(hierarchy.prolongation(l), is_held);
             if (!bilaplacian) {
                 const SparseRows AP = l == 0 ? product(n, plain, P) : product(stored, P);
                 coarse = product(transpose(P), AP);

@@ -39,7 +39,7 @@ NormalGaussSeidel::NormalGaussSeidel(const PdeOperator& A, const std::vector<cha
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Index i = 0; i < n; ++i) {
         for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e)
-            entry_[at(e)] = {{i, i, i, i}, {0.0F, 0.0F, 0.0F, 0.0F}};
+            entry_[at(e)] = no_entries(i);
         Index to = 4 * begin_[at(i)];
         for (const EdgeGraph::Neighbour& neighbour : K.graph().neighbours(i)) {
             entry_[at(to / 4)].column[at(to % 4)] = neighbour.vertex;

@@ -99,10 +99,8 @@ class NormalGaussSeidel {
     [[gnu::always_inline]] void change(Index i, const FloatRow<K>& delta, float* x, float* w) const {
         delta.add_to(1.0F, x + K * at(i));
         delta.add_to(own_[at(i)], w + K * at(i));
-        for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e) {
-            for (std::size_t f = 0; f < 4; ++f)
-                delta.add_to(entry_[at(e)].value[f], w + K * at(entry_[at(e)].column[f]));
-        }
+        for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e)
+            add_four_to<K>(entry_[at(e)], delta, w);
     }
 
     SweepOrder order_;

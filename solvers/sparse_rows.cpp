@@ -13,14 +13,16 @@ std::size_t at(Eigen::Index i) {
 
 }  // namespace
 
-SparseRows rows_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& A) {
+SparseRows rows_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& A, const std::vector<char>& left_out) {
     SparseRows rows;
     rows.columns = static_cast<Index>(A.cols());
     rows.begin.reserve(at(A.rows()) + 1);
     rows.column.reserve(at(A.nonZeros()));
     rows.value.reserve(at(A.nonZeros()));
     for (Eigen::Index i = 0; i < A.rows(); ++i) {
-        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(A, i); entry; ++entry) {
+        const bool keep = left_out.empty() || left_out[at(i)] == 0;
+        for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(A, i); entry && keep;
+             ++entry) {
             rows.column.push_back(static_cast<Index>(entry.col()));
             rows.value.push_back(entry.value());
         }

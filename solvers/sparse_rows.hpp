@@ -2,7 +2,7 @@
 // sorted and the rows of the first factor need not be stored.
 //
 //     const SparseRows P = rows_of(hierarchy.prolongation(0));
-//     const SparseRows KP = product(K.rows(), RowsOf(K), P);
+//     const SparseRows KP = product(K.rows(), StiffnessRows{K}, P);
 //     const SparseRows coarse = product(transpose(P), KP);      // P^T K P
 #pragma once
 
@@ -48,7 +48,9 @@ struct StiffnessRows {
     }
 };
 
-SparseRows rows_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& A);
+/// Rows with a number other than 0 in `left_out` are empty; all rows where that is empty.
+SparseRows rows_of(const Eigen::SparseMatrix<double, Eigen::RowMajor>& A,
+                   const std::vector<char>& left_out = {});
 Eigen::SparseMatrix<double> to_sparse(const SparseRows& A);
 SparseRows transpose(const SparseRows& A);
 

@@ -1,5 +1,6 @@
 #include "beltrami/solvers/sweep_order.hpp"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -13,8 +14,8 @@ constexpr int most_stretches = 16;
 constexpr double most_separating = 0.2;
 
 struct Stretches {
-    std::vector<Rows> inner;
-    std::vector<Rows> separators;
+    std::vector<RowRange> inner;
+    std::vector<RowRange> separators;
 };
 
 std::optional<Stretches> divided(const std::vector<Index>& reach, int rings, int count) {
@@ -22,8 +23,7 @@ std::optional<Stretches> divided(const std::vector<Index>& reach, int rings, int
     Stretches result;
     Index separating = 0;
     for (int s = 0; s < count; ++s) {
-        const auto first = static_cast<Index>(static_cast<std::ptrdiff_t>(n) * s / count);
-        const auto end = static_cast<Index>(static_cast<std::ptrdiff_t>(n) * (s + 1) / count);
+        const auto [first, end] = even_part(n, s, count);
         Index inner = first;
         for (int ring = 0; ring < rings && inner > 0; ++ring)
             inner = std::max(inner, reach[static_cast<std::size_t>(inner) - 1]);

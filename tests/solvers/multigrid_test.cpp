@@ -1,7 +1,6 @@
 #include "beltrami/solvers/multigrid.hpp"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/solvers/conjugate_gradients.hpp"
 #include "beltrami/solvers/linear_solver.hpp"
+#include "threads.hpp"
 
 namespace beltrami {
 namespace {
@@ -92,7 +92,6 @@ TEST(Multigrid, IterationsDoNotGrowWithTheMesh) {
 }
 
 TEST(Multigrid, ColumnsAndThreadsDoNotMatter) {
-    const int before = omp_get_max_threads();
     const Mesh mesh = shapes::bumpy_sphere(30000);
     for (const std::vector<double>& gamma : {std::vector{0.01}, std::vector{0.0, 1e-6}}) {
         const Problem problem(mesh, 1.0, gamma, {5, 700}, 500);
@@ -100,10 +99,9 @@ TEST(Multigrid, ColumnsAndThreadsDoNotMatter) {
         Block all;
         problem.cycle().apply(r, all);
         for (const int threads : {1, 3}) {
-            omp_set_num_threads(threads);
+            const testing::Threads limit(threads);
             Block other;
             problem.cycle().apply(r, other);
-            omp_set_num_threads(before);
             EXPECT_EQ(all, other) << threads;
         }
         const Multigrid cycle = problem.cycle();

@@ -1,13 +1,13 @@
 #include "beltrami/solvers/sparse_rows.hpp"
 
 #include <gtest/gtest.h>
-#include <omp.h>
 
 #include <Eigen/SparseCore>
 
 #include "beltrami/framework/shapes.hpp"
 #include "beltrami/operators/laplacian.hpp"
 #include "numerics.hpp"
+#include "threads.hpp"
 
 namespace beltrami {
 namespace {
@@ -71,7 +71,6 @@ TEST(SparseRows, StiffnessIsReadWhereItStands) {
 }
 
 TEST(SparseRows, ThreadsDoNotMatter) {
-    const int before = omp_get_max_threads();
     const Laplacian laplacian(shapes::grid(120, 120));
     const Index n = laplacian.vertex_count();
     const StiffnessRows K{laplacian.stiffness()};
@@ -79,11 +78,12 @@ TEST(SparseRows, ThreadsDoNotMatter) {
     for (Index i = 0; i < n; ++i)
         every.insert(i, i / 5) = 1.0 + i % 3;
     const SparseRows P = rows_of(every);
-    omp_set_num_threads(1);
-    const SparseRows one = product(n, K, P);
-    omp_set_num_threads(3);
-    const SparseRows three = product(n, K, P);
-    omp_set_num_threads(before);
+    const auto made_by = [&](int count) {
+        const testing::Threads threads(count);
+        return product(n, K, P);
+    };
+    const SparseRows one = made_by(1);
+    const SparseRows three = made_by(3);
     EXPECT_EQ(one.begin, three.begin);
     EXPECT_EQ(one.column, three.column);
     EXPECT_EQ(one.value, three.value);
