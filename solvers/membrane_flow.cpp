@@ -44,7 +44,7 @@ void require_positive(double value, const char* what) {
 
 }  // namespace
 
-MembraneFlow::MembraneFlow(const Mesh& mesh, Constraints held, MembraneFlowOptions options)
+MembraneFlow::MembraneFlow(const Mesh& mesh, Constraints held, const MembraneFlowOptions& options)
     : held_(std::move(held)),
       options_(options),
       moving_(moving_part(mesh, held_)),

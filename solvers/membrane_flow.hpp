@@ -43,7 +43,7 @@ class MembraneFlow {
     /// held: three columns of zeros. Mesh and held in the same order, whose bandwidth the solves profit from. Throws
     /// InputError for cells that are not triangles, a step or rest that is not positive, weights that are neither, a
     /// held vertex out of range, and nothing held.
-    MembraneFlow(const Mesh& mesh, Constraints held, MembraneFlowOptions options = {});
+    MembraneFlow(const Mesh& mesh, Constraints held, const MembraneFlowOptions& options = {});
 
     /// One step, halved until it lowers E; nothing where no step does, and then the flow is at rest. Vertices all of
     /// whose triangles are degenerate stay where they are. Throws Cancelled.

@@ -48,7 +48,7 @@ void Pde::check() const {
 TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions options)
     : laplacian_(laplacian),
       pde_(std::move(pde)),
-      options_(options),
+      options_(std::move(options)),
       stiffness_((pde_.check(), laplacian), pde_.foundation, pde_.gamma) {
     if (!std::isfinite(options_.step) || options_.step <= 0.0) {
         throw InputError(fmt::format("the time step is {}", options_.step), "give a positive number");
