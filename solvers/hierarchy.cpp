@@ -91,59 +91,93 @@ EdgeGraph adjacency(const EdgeGraph& graph, const VoronoiCells& cells) {
     return {static_cast<Index>(cells.centres.size()), std::move(edges)};
 }
 
-/// A point s a + t b of a triangle whose corners are the origin, a and b, closest to another.
+/// The point s a + t b of a triangle whose corners are the origin, a and b, closest to another.
 struct Closest {
     double s = 0.0;
     double t = 0.0;
     double squared_distance = std::numeric_limits<double>::infinity();
 };
 
+struct Foot {
+    Closest closest;
+    bool inside;
+};
+
 /// The triangle of a cell's centre, which is the origin, and of two others; a segment where these are the same.
-struct Triangle {
+class Triangle {
+  public:
+    Triangle(Index cell_a, Index cell_b, Vector3 a, Vector3 b)
+        : cell_a(cell_a), cell_b(cell_b), a_(std::move(a)), b_(std::move(b)) {
+        // Of a sliver only the sides are looked at.
+        const double determinant = aa_ * bb_ - ab_ * ab_;
+        if (determinant > 1e-12 * aa_ * bb_) {
+            inverse_ = 1.0 / determinant;
+            heights_ = {determinant / bb_, determinant / aa_, determinant / (aa_ - 2.0 * ab_ + bb_)};
+        }
+    }
     Index cell_a;
     Index cell_b;
-    Vector3 a;
-    Vector3 b;
-    double aa = a.squaredNorm();
-    double ab = a.dot(b);
-    double bb = b.squaredNorm();
-    double determinant = aa * bb - ab * ab;
 
-    [[nodiscard]] Closest closest(const Vector3& p) const {
-        const double pa = p.dot(a);
-        const double pb = p.dot(b);
-        const auto point = [&](double s, double t) {
-            return Closest{s, t, (p - s * a - t * b).squaredNorm()};
-        };
+    /// The foot of p in the triangle's plane where that lies in the triangle; otherwise a bound from below of its distance
+    /// alone, and nothing where there is no plane.
+    [[nodiscard]] Foot foot(const Vector3& p) const {
+        if (inverse_ == 0.0) return {{0.0, 0.0, 0.0}, false};
+        const double pa = p.dot(a_);
+        const double pb = p.dot(b_);
+        const double s = (bb_ * pa - ab_ * pb) * inverse_;
+        const double t = (aa_ * pb - ab_ * pa) * inverse_;
+        Foot result{point(p, s, t), s >= 0.0 && t >= 0.0 && s + t <= 1.0};
+        if (!result.inside) {
+            // Beyond a side p is farther from the triangle than from that side's line.
+            const auto beyond = [](double x) { return std::min(x, 0.0) * std::min(x, 0.0); };
+            result.closest.squared_distance += std::max(
+                {beyond(s) * heights_[0], beyond(t) * heights_[1], beyond(1.0 - s - t) * heights_[2]});
+        }
+        return result;
+    }
+    [[nodiscard]] Closest closest_on_sides(const Vector3& p) const {
+        const double pa = p.dot(a_);
+        const double pb = p.dot(b_);
         const auto part = [](double some, double all) {
             return all > 0.0 ? std::clamp(some / all, 0.0, 1.0) : 0.0;
         };
-        // Of a sliver only the sides are looked at.
-        if (determinant > 1e-12 * aa * bb) {
-            const double s = (bb * pa - ab * pb) / determinant;
-            const double t = (aa * pb - ab * pa) / determinant;
-            if (s >= 0.0 && t >= 0.0 && s + t <= 1.0) return point(s, t);
-        }
-        const double along = part(pb - pa - ab + aa, aa - 2.0 * ab + bb);
+        const double along = part(pb - pa - ab_ + aa_, aa_ - 2.0 * ab_ + bb_);
         return std::min(
-            {point(part(pa, aa), 0.0), point(0.0, part(pb, bb)), point(1.0 - along, along)},
+            {point(p, part(pa, aa_), 0.0), point(p, 0.0, part(pb, bb_)), point(p, 1.0 - along, along)},
             [](const Closest& x, const Closest& y) { return x.squared_distance < y.squared_distance; });
     }
+
+  private:
+    [[nodiscard]] Closest point(const Vector3& p, double s, double t) const {
+        return {s, t, (p - s * a_ - t * b_).squaredNorm()};
+    }
+
+    Vector3 a_;
+    Vector3 b_;
+    double aa_ = a_.squaredNorm();
+    double ab_ = a_.dot(b_);
+    double bb_ = b_.squaredNorm();
+    double inverse_ = 0.0;  // of the determinant
+    // Squared, over the sides where s, t and 1 - s - t are zero.
+    std::array<double, 3> heights_{};
 };
 
 /// The triangles of a cell and two that are adjacent to it and to each other, and the segments to adjacent cells that
-/// are in no triangle.
+/// are in no triangle. seen_from: a number a cell, kept between calls, -1 at first.
 void triangles_around(Index cell, const EdgeGraph& cells, const Points& centres,
-                      std::vector<Triangle>& triangles) {
+                      std::vector<Index>& seen_from, std::vector<Triangle>& triangles) {
     triangles.clear();
+    for (const EdgeGraph::Neighbour& a : cells.neighbours(cell))
+        seen_from[at(a.vertex)] = cell;
     const Vector3 origin = centres.row(cell);
     const auto add = [&](Index a, Index b) {
-        triangles.push_back({a, b, centres.row(a).transpose() - origin, centres.row(b).transpose() - origin});
+        triangles.emplace_back(a, b, centres.row(a).transpose() - origin,
+                               centres.row(b).transpose() - origin);
     };
     for (const EdgeGraph::Neighbour& a : cells.neighbours(cell)) {
         bool in_triangle = false;
         for (const EdgeGraph::Neighbour& b : cells.neighbours(a.vertex)) {
-            if (cells.find_edge(cell, b.vertex) < 0) continue;
+            if (seen_from[at(b.vertex)] != cell) continue;
             in_triangle = true;
             if (a.vertex < b.vertex) add(a.vertex, b.vertex);
         }
@@ -171,27 +205,42 @@ Hierarchy::Prolongation interpolation(const Points& points, const VoronoiCells& 
         double weight = 0.0;
     };
     std::vector<std::array<Entry, 3>> rows(cells.of_vertex.size());
-    std::vector<Triangle> triangles;
-    for (Index cell = 0; cell < cell_count; ++cell) {
-        triangles_around(cell, adjacent, centres, triangles);
-        const Vector3 centre = centres.row(cell);
-        for (Index m = begin[at(cell)]; m < begin[at(cell) + 1]; ++m) {
-            const Index v = members[at(m)];
-            std::array<Entry, 3>& row = rows[at(v)];
-            row[0] = {cell, 1.0};
-            if (v == cells.centres[at(cell)]) continue;
-            const Vector3 p = points.row(v).transpose() - centre;
-            Closest best;
-            for (const Triangle& triangle : triangles) {
-                const Closest here = triangle.closest(p);
-                // Among equally close points, as in a plane, rounding does not decide.
-                if (here.squared_distance >= best.squared_distance - 1e-12 * p.squaredNorm()) continue;
-                best = here;
-                row = {
-                    Entry{cell, 1.0 - here.s - here.t}, {triangle.cell_a, here.s}, {triangle.cell_b, here.t}};
+#pragma omp parallel if (cell_count > 5000)
+    {
+        std::vector<Triangle> triangles;
+        std::vector<Foot> feet;
+        std::vector<Index> seen_from(at(cell_count), -1);
+#pragma omp for schedule(static)
+        for (Index cell = 0; cell < cell_count; ++cell) {
+            triangles_around(cell, adjacent, centres, seen_from, triangles);
+            const Vector3 centre = centres.row(cell);
+            for (Index m = begin[at(cell)]; m < begin[at(cell) + 1]; ++m) {
+                const Index v = members[at(m)];
+                std::array<Entry, 3>& row = rows[at(v)];
+                row[0] = {cell, 1.0};
+                if (v == cells.centres[at(cell)]) continue;
+                const Vector3 p = points.row(v).transpose() - centre;
+                Closest best;
+                const auto take = [&](const Triangle& triangle, const Closest& here) {
+                    // Among equally close points, as in a plane, rounding does not decide.
+                    if (here.squared_distance >= best.squared_distance - 1e-12 * p.squaredNorm()) return;
+                    best = here;
+                    row = {Entry{cell, 1.0 - here.s - here.t},
+                           {triangle.cell_a, here.s},
+                           {triangle.cell_b, here.t}};
+                };
+                feet.clear();
+                for (const Triangle& triangle : triangles) {
+                    feet.push_back(triangle.foot(p));
+                    if (feet.back().inside) take(triangle, feet.back().closest);
+                }
+                for (std::size_t t = 0; t < triangles.size(); ++t) {
+                    if (!feet[t].inside && feet[t].closest.squared_distance < best.squared_distance)
+                        take(triangles[t], triangles[t].closest_on_sides(p));
+                }
+                std::sort(row.begin(), row.end(),
+                          [](const Entry& x, const Entry& y) { return x.column < y.column; });
             }
-            std::sort(row.begin(), row.end(),
-                      [](const Entry& x, const Entry& y) { return x.column < y.column; });
         }
     }
 

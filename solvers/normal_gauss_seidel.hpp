@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "beltrami/operators/pde_operator.hpp"
-#include "beltrami/solvers/gauss_seidel.hpp"
+#include "beltrami/solvers/float_rows.hpp"
+#include "beltrami/solvers/sweep_order.hpp"
 
 namespace beltrami {
 
@@ -30,22 +31,15 @@ class NormalGaussSeidel {
     void up(const float* b, float* x, float* w) const {
         order_.backward([&](Index i) { step<K>(i, b, x, w); });
     }
+    /// r = b - A x.
     template <int K>
-    [[nodiscard]] [[gnu::always_inline]] FloatRow<K> residual(Index i, const float* b, const float* x,
-                                                              const float* w) const {
-        FloatRow<K> r;
-        if (inverse_[at(i)] == 0.0F) return r;
-        r = FloatRow<K>(b + K * at(i));
-        r.add(-mass_[at(i)], x + K * at(i));
-        r.add(-diagonal_[at(i)], w + K * at(i));
-        for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e)
-            subtract_four<K>(entry_[at(e)], w, r);
-        return r;
+    void residual(const float* b, const float* x, const float* w, float* r) const {
+        order_.forward([&](Index i) { residual<K>(i, b, x, w).store(1.0F, r + K * at(i)); });
     }
     /// x += e, with w.
-    template <int K, class Function>
-    void add(Function e, float* x, float* w) const {
-        order_.forward([&](Index i) { change<K>(i, e(i), x, w); });
+    template <int K>
+    void add(const float* e, float* x, float* w) const {
+        order_.forward([&](Index i) { change<K>(i, FloatRow<K>(e + K * at(i)), x, w); });
     }
 
     [[nodiscard]] Index rows() const { return static_cast<Index>(inverse_.size()); }
@@ -61,6 +55,18 @@ class NormalGaussSeidel {
   private:
     static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
+    template <int K>
+    [[nodiscard]] [[gnu::always_inline]] FloatRow<K> residual(Index i, const float* b, const float* x,
+                                                              const float* w) const {
+        FloatRow<K> r;
+        if (inverse_[at(i)] == 0.0F) return r;
+        r = FloatRow<K>(b + K * at(i));
+        r.add(-mass_[at(i)], x + K * at(i));
+        r.add(-diagonal_[at(i)], w + K * at(i));
+        for (Index e = begin_[at(i)]; e < begin_[at(i) + 1]; ++e)
+            subtract_four<K>(entry_[at(e)], w, r);
+        return r;
+    }
     static constexpr Index largest_patch = 16;
     struct Patch {
         Index rows;  // where they begin in patch_rows_

@@ -13,20 +13,9 @@
 
 #include "beltrami/framework/types.hpp"
 #include "beltrami/solvers/float_rows.hpp"
+#include "beltrami/solvers/row_range.hpp"
 
 namespace beltrami {
-
-/// Rows first ... end - 1.
-struct RowRange {
-    Index first;
-    Index end;
-};
-
-/// Part s of `count` even parts of n rows.
-inline RowRange even_part(Index n, int s, int count) {
-    const auto bound = [&](int i) { return static_cast<Index>(static_cast<std::ptrdiff_t>(n) * i / count); };
-    return {bound(s), bound(s + 1)};
-}
 
 /// work(stretch) of each, shared out to threads: they must not depend on each other.
 template <class Work>
