@@ -8,8 +8,8 @@ foreach(room framework operators solvers apps)
     PATTERN "formats" EXCLUDE PATTERN "shapes" EXCLUDE PATTERN "program" EXCLUDE PATTERN "beltrami.hpp" EXCLUDE
     PATTERN "rasterizer.hpp" EXCLUDE PATTERN "lettering.hpp" EXCLUDE PATTERN "sheet.hpp" EXCLUDE
     PATTERN "ticks.hpp" EXCLUDE PATTERN "supernodal_kernels*.hpp" EXCLUDE PATTERN "supernodal_factor.hpp" EXCLUDE
-    PATTERN "float_rows.hpp" EXCLUDE PATTERN "gauss_seidel.hpp" EXCLUDE PATTERN "normal_gauss_seidel.hpp" EXCLUDE
-    PATTERN "sweep_order.hpp" EXCLUDE PATTERN "sparse_rows.hpp" EXCLUDE)
+    PATTERN "chebyshev.hpp" EXCLUDE PATTERN "flush_to_zero.hpp" EXCLUDE PATTERN "row_range.hpp" EXCLUDE
+    PATTERN "sliced_rows*.hpp" EXCLUDE PATTERN "sparse_rows.hpp" EXCLUDE PATTERN "wavefront.hpp" EXCLUDE)
 endforeach()
 install(FILES "${PROJECT_SOURCE_DIR}/apps/beltrami.hpp" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami")
 install(TARGETS beltrami_framework beltrami_operators beltrami_solvers beltrami_apps beltrami_all

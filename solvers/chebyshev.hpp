@@ -1,8 +1,7 @@
-// Chebyshev's iteration of the fourth kind in floats, 1 to 4 columns at once: the smoother of multigrid on every level whose
-// operator is stored.
+// Chebyshev's iteration of the fourth kind in floats, 1 to 4 columns at once: the smoother of multigrid on every level.
 //
 //     const ScaledRows scaled = scaled_rows(n, A, held);
-//     const Chebyshev smoother(A, scaled);
+//     const Chebyshev smoother(A, scaled);            // or of a PdeOperator of order 2, whose K D K is not formed
 //     smoother.descend(k, fields);                    // x = S b, r = b - A x
 //     smoother.ascend(k, P, coarse_x, fields);        // x += P coarse_x, smoothed; P to this smoother's rows
 //
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "beltrami/framework/types.hpp"
+#include "beltrami/operators/pde_operator.hpp"
 #include "beltrami/solvers/sliced_rows.hpp"
 #include "beltrami/solvers/wavefront.hpp"
 
@@ -31,10 +31,13 @@ struct ScaledRows {
     [[nodiscard]] Index size() const { return static_cast<Index>(order.size()); }
 };
 
+/// Rows that are held, and those whose diagonal is not positive, are held. length: entries of each row.
+ScaledRows scaled_rows(const Vector& diagonal, std::vector<Index> length, const std::vector<char>& held);
+
 /// Rows come by length in blocks of so many.
 constexpr Index chebyshev_block_rows = 1024;
 
-/// A: anything with for_row(), symmetric. Rows whose diagonal is not positive are held too.
+/// A: anything with for_row(), symmetric.
 template <class Rows>
 ScaledRows scaled_rows(Index n, const Rows& A, const std::vector<char>& held);
 
@@ -43,10 +46,10 @@ struct SmootherFields {
     std::vector<float> x;
     std::vector<float> r;
     std::array<std::vector<float>, 2> d;  ///< d[0] takes the right-hand side
+    std::vector<float> w;                 ///< what is between the factors of K D K; none elsewhere
 
-    void resize(Index rows, int k);
     [[nodiscard]] std::size_t memory_bytes() const {
-        return (x.size() + r.size() + d[0].size() + d[1].size()) * sizeof(float);
+        return (x.size() + r.size() + d[0].size() + d[1].size() + w.size()) * sizeof(float);
     }
 };
 
@@ -55,6 +58,11 @@ class Chebyshev {
     Chebyshev() = default;
     template <class Rows>
     Chebyshev(const Rows& A, const ScaledRows& scaled);
+    /// A: of order 2, with a positive mass wherever there is an edge.
+    Chebyshev(const PdeOperator& A, const ScaledRows& scaled);
+
+    /// Room for k columns.
+    void resize(int k, SmootherFields& fields) const;
 
     /// From x = 0 and b in fields.d[0]; with the residual.
     void descend(int k, SmootherFields& fields) const;
@@ -63,24 +71,37 @@ class Chebyshev {
 
     /// With the diagonal.
     [[nodiscard]] double entries_per_row() const {
-        return 1.0 + static_cast<double>(A_.entry_count()) / std::max<double>(1.0, A_.rows());
+        return static_cast<double>(A_.entry_count()) / std::max<double>(1.0, A_.rows()) +
+               (factored() ? 0.0 : 1.0);
     }
     /// An upper bound of the eigenvalues of D^-1 A, estimated.
     [[nodiscard]] double largest_eigenvalue() const { return largest_; }
-    [[nodiscard]] std::size_t memory_bytes() const { return A_.memory_bytes(); }
+    [[nodiscard]] std::size_t memory_bytes() const {
+        return A_.memory_bytes() + C_.memory_bytes() + own_.size() * sizeof(float);
+    }
 
   private:
     static constexpr Index block_rows = chebyshev_block_rows;
-    static constexpr int degree = 3;
 
     void prepare();
+    [[nodiscard]] bool factored() const { return C_.rows() > 0; }
+    // K D K has a wider spectrum.
+    [[nodiscard]] int degree() const { return factored() ? 4 : 3; }
+    // Of a step: one, or two with the factors of K D K.
+    [[nodiscard]] int passes() const { return factored() ? 2 : 1; }
+    // Pass `pass` of a step on a block, from field d[from] to the other.
+    void pass_of_step(int pass, Index block, int k, const ChebyshevStep& step, int from,
+                      SmootherFields& f) const;
     [[nodiscard]] RowRange rows_of_block(Index b) const {
         return {b * block_rows, std::min(A_.padded_rows(), (b + 1) * block_rows)};
     }
     // The step after which x has `terms` terms of the sum of corrections.
     [[nodiscard]] ChebyshevStep step(int terms) const;
 
-    SlicedRows A_;  // without the diagonal, which is 1
+    // The operator is A_ without the diagonal, which is 1; or A_ C_ + own_, for K (gamma_1 + gamma_2 D K) + sigma M.
+    SlicedRows A_;
+    SlicedRows C_;
+    std::vector<float> own_;
     Wavefront front_;
     double largest_ = 1.0;
 };
@@ -93,25 +114,16 @@ void multiply(const SlicedRows& A, int k, const float* x, float* y);
 template <class Rows>
 ScaledRows scaled_rows(Index n, const Rows& A, const std::vector<char>& held) {
     const auto at = [](Index i) { return static_cast<std::size_t>(i); };
-    ScaledRows result;
-    result.scale.resize(at(n));
+    Vector diagonal = Vector::Zero(n);
     std::vector<Index> length(at(n), 0);
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Index i = 0; i < n; ++i) {
-        double diagonal = 0.0;
         A.for_row(i, [&](Index j, double a) {
-            if (i == j) diagonal = a;
+            if (i == j) diagonal[i] = a;
             if (held[at(j)] == 0) ++length[at(i)];
         });
-        const bool is_free = held[at(i)] == 0 && diagonal > 0.0;
-        result.scale[at(i)] = is_free ? static_cast<float>(1.0 / std::sqrt(diagonal)) : 0.0F;
-        if (!is_free) length[at(i)] = 0;
     }
-    result.order = order_by_length(length, chebyshev_block_rows);
-    result.position.resize(at(n));
-    for (Index i = 0; i < n; ++i)
-        result.position[at(result.order[at(i)])] = i;
-    return result;
+    return scaled_rows(diagonal, std::move(length), held);
 }
 
 template <class Rows>

@@ -13,7 +13,6 @@
 #include "beltrami/framework/error.hpp"
 #include "beltrami/solvers/chebyshev.hpp"
 #include "beltrami/solvers/cholesky.hpp"
-#include "beltrami/solvers/normal_gauss_seidel.hpp"
 #include "beltrami/solvers/sparse_rows.hpp"
 
 namespace beltrami {
@@ -25,54 +24,17 @@ std::size_t at(Eigen::Index i) {
 }
 
 struct Level {
-    Chebyshev stored;
-    std::optional<NormalGaussSeidel> normal;  // takes its place on the finest level of an operator with K D K
-    SlicedRows from_coarser;                  // empty on the coarsest
-    SlicedRows to_coarser;                    // its transpose
+    Chebyshev smoother;
+    SlicedRows from_coarser;  // empty on the coarsest
+    SlicedRows to_coarser;    // its transpose
     Index n = 0;
     SmootherFields fields;
-    std::vector<float> w;  // of NormalGaussSeidel
 
     [[nodiscard]] std::size_t memory_bytes() const {
-        return (normal ? normal->memory_bytes() : stored.memory_bytes()) + from_coarser.memory_bytes() +
-               to_coarser.memory_bytes() + fields.memory_bytes() + w.size() * sizeof(float);
-    }
-
-    // x from zero; the residual goes to `coarser`.
-    template <int K>
-    void descend(Level& coarser) {
-        if (normal) {
-            normal->down<K>(fields.d[0].data(), fields.x.data(), w.data());
-            normal->residual<K>(fields.d[0].data(), fields.x.data(), w.data(), fields.r.data());
-        } else {
-            stored.descend(K, fields);
-        }
-        multiply(to_coarser, K, fields.r.data(), coarser.fields.d[0].data());
-    }
-    // With the correction of the coarser level.
-    template <int K>
-    void ascend(const Level& coarser) {
-        if (normal) {
-            multiply(from_coarser, K, coarser.fields.x.data(), fields.r.data());
-            normal->add<K>(fields.r.data(), fields.x.data(), w.data());
-            normal->up<K>(fields.d[0].data(), fields.x.data(), w.data());
-        } else {
-            stored.ascend(K, from_coarser, coarser.fields.x.data(), fields);
-        }
+        return smoother.memory_bytes() + from_coarser.memory_bytes() + to_coarser.memory_bytes() +
+               fields.memory_bytes();
     }
 };
-
-// The geometric mean of what is positive; 1 where nothing is.
-double typical(const Vector& diagonal) {
-    double sum = 0.0;
-    double count = 0.0;
-    for (const double d : diagonal) {
-        if (!(d > 0.0)) continue;
-        sum += std::log(d);
-        ++count;
-    }
-    return count > 0.0 ? std::exp(sum / count) : 1.0;
-}
 
 // (I - omega diag(K)^-1 K) by rows, without rows that are held.
 template <class Rows>
@@ -123,14 +85,10 @@ SlicedRows restriction(const SparseRows& R, const ScaledRows& fine, const Scaled
     });
 }
 
-// Rows as they are, with one scale for a diagonal of about so much.
-ScaledRows evenly_scaled(double diagonal, const std::vector<char>& held) {
-    ScaledRows result;
-    result.order.resize(held.size());
-    std::iota(result.order.begin(), result.order.end(), 0);
-    result.position = result.order;
-    for (const char is_held : held)
-        result.scale.push_back(is_held != 0 ? 0.0F : static_cast<float>(1.0 / std::sqrt(diagonal)));
+std::vector<Index> degrees(const EdgeGraph& graph) {
+    std::vector<Index> result(at(graph.vertex_count()));
+    for (Index i = 0; i < graph.vertex_count(); ++i)
+        result[at(i)] = graph.degree(i);
     return result;
 }
 
@@ -138,7 +96,8 @@ ScaledRows evenly_scaled(double diagonal, const std::vector<char>& held) {
 
 struct Multigrid::Levels {
     std::vector<Level> levels;
-    ScaledRows finest;
+    std::vector<Index> order;  // the row in each place of the finest level
+    std::vector<float> scale;  // of each place
     std::optional<Cholesky> coarsest;
     std::vector<Index> factored;  // places of the coarsest level in its factor
     Block coarse_b;
@@ -149,6 +108,7 @@ struct Multigrid::Levels {
     template <int K>
     void solve_coarsest();
     void factor(const SparseRows& A, const ScaledRows& scaled);
+    void set_finest(const ScaledRows& scaled);
 };
 
 Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span<const Index> held,
@@ -177,8 +137,8 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
     }
     SparseRows stored;    // A on the level; the finest is not stored
     SparseRows stored_K;  // K on the level, where interpolation is smoothed with it
-    ScaledRows scaled =
-        bilaplacian ? evenly_scaled(typical(diagonal), is_held) : scaled_rows(A.rows(), plain, is_held);
+    ScaledRows scaled = bilaplacian ? scaled_rows(diagonal, degrees(K.graph()), is_held)
+                                    : scaled_rows(A.rows(), plain, is_held);
     const int last = hierarchy.level_count() - 1;
     for (int l = 0; l < last; ++l) {
         report(progress, "multigrid", static_cast<double>(l) / (last + 1));
@@ -219,28 +179,20 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
         P = {};
         level.to_coarser = restriction(R, scaled, coarse_scaled);
         R = {};
-        if (l > 0) {
-            level.stored = Chebyshev(stored, scaled);
-        } else if (bilaplacian) {
-            std::vector<double> gamma = A.gamma();
-            for (double& g : gamma)
-                g /= typical(diagonal);
-            level.normal.emplace(PdeOperator(A.laplacian(), A.sigma() / typical(diagonal), gamma), is_held);
-        } else {
-            level.stored = Chebyshev(plain, scaled);
-        }
-        if (l == 0) levels_->finest = scaled;
+        level.smoother = l > 0         ? Chebyshev(stored, scaled)
+                         : bilaplacian ? Chebyshev(A, scaled)
+                                       : Chebyshev(plain, scaled);
+        if (l == 0) levels_->set_finest(scaled);
         scaled = std::move(coarse_scaled);
         stored = std::move(coarse);
         stored_K = std::move(coarse_K);
     }
     if (last == 0) {
-        levels_->finest = scaled;
+        levels_->set_finest(scaled);
         stored = rows_of(A.to_sparse());
     }
     levels_->levels.emplace_back().n = hierarchy.size(last);
     levels_->factor(stored, scaled);
-    levels_->finest.position = {};
 }
 
 // Where nothing holds a piece A is singular there: a little of its diagonal makes it definite. So much that the rounding of
@@ -273,6 +225,12 @@ Multigrid::Multigrid(Multigrid&&) noexcept = default;
 Multigrid& Multigrid::operator=(Multigrid&&) noexcept = default;
 Multigrid::~Multigrid() = default;
 
+void Multigrid::Levels::set_finest(const ScaledRows& scaled) {
+    order = scaled.order;
+    for (const Index i : order)
+        scale.push_back(scaled.scale[at(i)]);
+}
+
 template <int K>
 void Multigrid::Levels::solve_coarsest() {
     SmootherFields& fields = levels.back().fields;
@@ -292,11 +250,13 @@ void Multigrid::Levels::solve_coarsest() {
 // Columns first ... first + K of z.
 template <int K>
 void Multigrid::Levels::cycle(const Block& r, Block& z, Eigen::Index first) {
-    for (Level& level : levels) {
-        level.fields.resize(level.n, K);
-        if (level.normal) level.w.resize(std::max(level.w.size(), K * at(level.n)));
+    for (Level& level : levels)
+        level.smoother.resize(K, level.fields);
+    const auto coarsest_size = static_cast<std::size_t>(K) * at(SlicedRows::padded(levels.back().n));
+    for (std::vector<float>* field : {&levels.back().fields.x, levels.back().fields.d.data()}) {
+        if (field->size() < coarsest_size) field->assign(coarsest_size, 0.0F);
     }
-    const Index n = finest.size();
+    const Index n = levels.front().n;
     // Scaled, so that floats hold it.
     std::array<double, K> unit{};
     for (int c = 0; c < K; ++c)
@@ -304,23 +264,25 @@ void Multigrid::Levels::cycle(const Block& r, Block& z, Eigen::Index first) {
     SmootherFields& fields = levels.front().fields;
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Index place = 0; place < n; ++place) {
-        const Index i = finest.order[at(place)];
+        const Index i = order[at(place)];
         for (int c = 0; c < K; ++c) {
-            const double value = unit[c] > 0.0 ? finest.scale[at(i)] * (r(i, first + c) / unit[c]) : 0.0;
+            const double value = unit[c] > 0.0 ? scale[at(place)] * (r(i, first + c) / unit[c]) : 0.0;
             fields.d[0][at(K * place + c)] = static_cast<float>(value);
         }
     }
     std::fill(fields.d[0].begin() + K * n, fields.d[0].begin() + K * SlicedRows::padded(n), 0.0F);
-    for (std::size_t l = 0; l + 1 < levels.size(); ++l)
-        levels[l].template descend<K>(levels[l + 1]);
+    for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
+        levels[l].smoother.descend(K, levels[l].fields);
+        multiply(levels[l].to_coarser, K, levels[l].fields.r.data(), levels[l + 1].fields.d[0].data());
+    }
     solve_coarsest<K>();
     for (std::size_t l = levels.size() - 1; l-- > 0;)
-        levels[l].template ascend<K>(levels[l + 1]);
+        levels[l].smoother.ascend(K, levels[l].from_coarser, levels[l + 1].fields.x.data(), levels[l].fields);
 #pragma omp parallel for schedule(static) if (n > 20000)
     for (Index place = 0; place < n; ++place) {
-        const Index i = finest.order[at(place)];
+        const Index i = order[at(place)];
         for (int c = 0; c < K; ++c)
-            z(i, first + c) = unit[c] * finest.scale[at(i)] * fields.x[at(K * place + c)];
+            z(i, first + c) = unit[c] * scale[at(place)] * fields.x[at(K * place + c)];
     }
 }
 
@@ -360,10 +322,11 @@ Index Multigrid::size(int level) const {
 }
 double Multigrid::entries_per_row(int level) const {
     const Level& l = levels_->levels.at(at(level));
-    return l.normal ? l.normal->entries_per_row() : l.stored.entries_per_row();
+    return l.smoother.entries_per_row();
 }
 std::size_t Multigrid::memory_bytes() const {
-    std::size_t bytes = levels_->coarsest ? levels_->coarsest->memory_bytes() : 0;
+    std::size_t bytes = levels_->order.size() * sizeof(Index) + levels_->scale.size() * sizeof(float) +
+                        (levels_->coarsest ? levels_->coarsest->memory_bytes() : 0);
     for (const Level& level : levels_->levels)
         bytes += level.memory_bytes();
     return bytes;

@@ -15,12 +15,6 @@ struct Slices {
     const Index* column;
     const float* value;
 };
-struct StepFields {
-    const float* d;
-    float* r;
-    float* x;
-    float* next;
-};
 // For one to four numbers a row.
 struct SliceKernels {
     std::array<void (*)(const Slices&, RowRange, const float*, float*), 4> multiply;
@@ -80,9 +74,9 @@ void SlicedRows::multiply(RowRange rows, int k, const float* x, float* y) const 
     kernels().multiply.at(at(k - 1))({begin_.data(), column_.data(), value_.data()}, rows, x, y);
 }
 
-void SlicedRows::chebyshev_step(RowRange rows, int k, const ChebyshevStep& step, const float* d, float* r,
-                                float* x, float* next) const {
-    kernels().step.at(at(k - 1))({begin_.data(), column_.data(), value_.data()}, rows, step, {d, r, x, next});
+void SlicedRows::chebyshev_step(RowRange rows, int k, const ChebyshevStep& step,
+                                const StepFields& fields) const {
+    kernels().step.at(at(k - 1))({begin_.data(), column_.data(), value_.data()}, rows, step, fields);
 }
 
 std::pair<Index, Index> SlicedRows::columns_of(RowRange rows) const {

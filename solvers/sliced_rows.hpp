@@ -26,6 +26,16 @@ struct ChebyshevStep {
     bool last = false;   ///< the next correction is added to x at once, and r is left as it was
 };
 
+/// padded() rows of k numbers.
+struct StepFields {
+    const float* source;  ///< what the matrix is applied to
+    const float* own;     ///< one number a row, none for 1 everywhere
+    const float* d;
+    float* r;
+    float* x;
+    float* next;
+};
+
 class SlicedRows {
   public:
     static constexpr Index slice_rows = 16;
@@ -40,10 +50,8 @@ class SlicedRows {
     /// y = A x on `rows`, whose ends are multiples of slice_rows. x and y: k = 1 ... 4 numbers a row, y padded() rows.
     void multiply(RowRange rows, int k, const float* x, float* y) const;
 
-    /// For the symmetric operator I + A, with c = before: r -= c (I + A) d, x += c d, next = step.d c d + step.r r, on
-    /// `rows`. The fields have padded() rows of k numbers; the neighbours' `d` are read.
-    void chebyshev_step(RowRange rows, int k, const ChebyshevStep& step, const float* d, float* r, float* x,
-                        float* next) const;
+    /// With c = before: r -= c (A source + own d), x += c d, next = step.d c d + step.r r, on `rows`.
+    void chebyshev_step(RowRange rows, int k, const ChebyshevStep& step, const StepFields& fields) const;
 
     [[nodiscard]] Index rows() const { return rows_; }
     [[nodiscard]] Index padded_rows() const { return padded(rows_); }

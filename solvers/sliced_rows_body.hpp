@@ -67,6 +67,16 @@ BELTRAMI_SLICES_TARGET static void multiply(const Slices& A, RowRange rows, cons
     }
 }
 
+// Numbers of rows for `lanes` numbers of K columns from `at` on.
+template <int K>
+BELTRAMI_SLICES_TARGET static inline Lanes of_rows(const float* numbers, std::ptrdiff_t at) {
+    if constexpr (K == 1) return load(numbers + at);
+    Lanes result;
+    for (int l = 0; l < lanes; ++l)
+        result[l] = numbers[(at + l) / K];
+    return result;
+}
+
 template <int K, bool first, bool last>
 BELTRAMI_SLICES_TARGET static void take_step(const Slices& A, RowRange rows, const ChebyshevStep& step,
                                              const StepFields& f) {
@@ -76,14 +86,15 @@ BELTRAMI_SLICES_TARGET static void take_step(const Slices& A, RowRange rows, con
     for (Index slice = rows.first / SlicedRows::slice_rows; slice < rows.end / SlicedRows::slice_rows;
          ++slice) {
         Lanes sum[K * registers];
-        product_of_slice<K>(A, slice, f.d, sum);
+        product_of_slice<K>(A, slice, f.source, sum);
         std::ptrdiff_t at = static_cast<std::ptrdiff_t>(slice) * SlicedRows::slice_rows * K;
         for (int v = 0; v < K * registers; ++v, at += lanes) {
             const Lanes d = load(f.d + at);
-            const Lanes own = before * d;
+            const Lanes now = before * d;
+            const Lanes own = f.own == nullptr ? now : of_rows<K>(f.own, at) * now;
             const Lanes residual = (first ? d : load(f.r + at)) - before * sum[v] - own;
-            const Lanes correction = from_d * own + from_r * residual;
-            Lanes x = own;
+            const Lanes correction = from_d * now + from_r * residual;
+            Lanes x = now;
             if constexpr (!first) x += load(f.x + at);
             if constexpr (last) {
                 x += correction;

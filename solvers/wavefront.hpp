@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "beltrami/framework/types.hpp"
-#include "beltrami/solvers/float_rows.hpp"
+#include "beltrami/solvers/flush_to_zero.hpp"
 #include "beltrami/solvers/row_range.hpp"
 
 namespace beltrami {
