@@ -186,7 +186,7 @@ void Chebyshev::pass_of_step(int pass, Index block, int k, const ChebyshevStep& 
 }
 
 void Chebyshev::descend(int k, SmootherFields& f) const {
-    front_.run(degree() * passes(), A_.rows() > worth_threads, [&](int pass, Index block) {
+    front_.run(degree * passes(), A_.rows() > worth_threads, [&](int pass, Index block) {
         const int n = pass / passes();
         ChebyshevStep now = step(n + 1);
         if (n == 0) {
@@ -198,11 +198,11 @@ void Chebyshev::descend(int k, SmootherFields& f) const {
 }
 
 void Chebyshev::ascend(int k, const SlicedRows& P, const float* coarse, SmootherFields& f) const {
-    front_.run(1 + degree() * passes(), A_.rows() > worth_threads, [&](int pass, Index block) {
+    front_.run(1 + degree * passes(), A_.rows() > worth_threads, [&](int pass, Index block) {
         if (pass == 0) return P.multiply(rows_of_block(block), k, coarse, f.d[0].data());
         const int n = (pass - 1) / passes();
         ChebyshevStep now = step(n);
-        now.last = n + 1 == degree();
+        now.last = n + 1 == degree;
         pass_of_step((pass - 1) % passes(), block, k, now, n % 2, f);
     });
 }

@@ -85,8 +85,7 @@ class Chebyshev {
 
     void prepare();
     [[nodiscard]] bool factored() const { return C_.rows() > 0; }
-    // K D K has a wider spectrum.
-    [[nodiscard]] int degree() const { return factored() ? 4 : 3; }
+    static constexpr int degree = 4;
     // Of a step: one, or two with the factors of K D K.
     [[nodiscard]] int passes() const { return factored() ? 2 : 1; }
     // Pass `pass` of a step on a block, from field d[from] to the other.

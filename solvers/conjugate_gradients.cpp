@@ -1,5 +1,6 @@
 #include "beltrami/solvers/conjugate_gradients.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -18,29 +19,40 @@ constexpr Eigen::Index slice = 1 << 13;
 // Steps with a preconditioner that do not lower the error by a fifth, after which none will.
 constexpr int most_without_gain = 50;
 
-// sum over i of term(i, c) for each column c.
-template <class Term>
-Vector column_sums(Eigen::Index n, Eigen::Index k, Term term) {
+// sum over i of term(i, c) for each column c, and of `other` in the same pass.
+template <class Term, class Other>
+std::pair<Vector, Vector> column_sums(Eigen::Index n, Eigen::Index k, Term term, Other other) {
     const Eigen::Index slices = (n + slice - 1) / slice;
-    Block partial = Block::Zero(slices, k);
+    Block partial = Block::Zero(slices, 2 * k);
 #pragma omp parallel for schedule(static) if (n * k > 30000)
     for (Eigen::Index s = 0; s < slices; ++s) {
-        double* const sums = partial.data() + s * k;
+        double* const sums = partial.data() + s * 2 * k;
         const Eigen::Index end = std::min(n, (s + 1) * slice);
         if (k == 1) {
             double sum = 0.0;
-#pragma omp simd reduction(+ : sum)
-            for (Eigen::Index i = s * slice; i < end; ++i)
+            double other_sum = 0.0;
+#pragma omp simd reduction(+ : sum, other_sum)
+            for (Eigen::Index i = s * slice; i < end; ++i) {
                 sum += term(i, i);
+                other_sum += other(i, i);
+            }
             sums[0] = sum;
+            sums[1] = other_sum;
         } else {
             for (Eigen::Index i = s * slice; i < end; ++i) {
-                for (Eigen::Index c = 0; c < k; ++c)
+                for (Eigen::Index c = 0; c < k; ++c) {
                     sums[c] += term(i, i * k + c);
+                    sums[k + c] += other(i, i * k + c);
+                }
             }
         }
     }
-    return partial.colwise().sum().transpose();
+    const Vector all = partial.colwise().sum().transpose();
+    return {all.head(k), all.tail(k)};
+}
+template <class Term>
+Vector column_sums(Eigen::Index n, Eigen::Index k, Term term) {
+    return column_sums(n, k, term, [](Eigen::Index, Eigen::Index) { return 0.0; }).first;
 }
 
 // f(flat index, column) for every number of an n x k block.
@@ -81,6 +93,33 @@ class EnergyError {
     static constexpr std::size_t delay = 20;
     std::deque<double> recent_;
     double total_ = 0.0;
+};
+
+// The smallest Ritz value of B A, from the step lengths: the tridiagonal matrix of Lanczos' iteration that conjugate
+// gradients run without saying so (Golub & Van Loan 2013, section 11.3).
+class RitzValues {
+  public:
+    void step(double alpha, double beta) {
+        diagonal_.push_back(1.0 / alpha + from_before_);
+        from_before_ = beta / alpha;
+        off_diagonal_.push_back(std::sqrt(beta) / alpha);
+    }
+    [[nodiscard]] double smallest() const {
+        const auto n = static_cast<Eigen::Index>(diagonal_.size());
+        if (n == 0) return unknown;
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
+        eigen.computeFromTridiagonal(Eigen::Map<const Vector>(diagonal_.data(), n),
+                                     Eigen::Map<const Vector>(off_diagonal_.data(), n - 1),
+                                     Eigen::EigenvaluesOnly);
+        return std::max(eigen.eigenvalues().minCoeff(), std::numeric_limits<double>::min());
+    }
+
+  private:
+    // What multigrid on K D K comes to at the worst of the meshes it was tried on.
+    static constexpr double unknown = 0.02;
+    std::vector<double> diagonal_;
+    std::vector<double> off_diagonal_;
+    double from_before_ = 0.0;
 };
 
 }  // namespace
@@ -128,6 +167,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
 
     const Vector ones = Vector::Ones(n);
     const bool energy = options.norm == StoppingNorm::energy_error;
+    const bool refinement = options.norm == StoppingNorm::refinement && options.preconditioner;
     const Vector& weight = options.norm == StoppingNorm::residual ? ones : inverse_diagonal;
 
     Block r(n, k);
@@ -138,15 +178,11 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     // Everything is measured against the load with the free values at zero.
     Vector load = column_norms(r, weight);
     Vector scaled_load = column_norms(r, inverse_diagonal);
-    std::optional<Vector> energy_load;  // with a preconditioner B: r_0^T B r_0
     std::vector<EnergyError> energy_errors(static_cast<std::size_t>(k));
+    std::vector<RitzValues> ritz_values(static_cast<std::size_t>(k));
+    Vector smallest_ritz = Vector::Ones(k);
     if (const auto zero = zero_start(apply, held, b, x)) {
         ++result.products;
-        if (energy && options.preconditioner) {
-            Block corrected;
-            options.preconditioner(zero->r, corrected);
-            energy_load = zero->r.cwiseProduct(corrected).colwise().sum().transpose();
-        }
         load = column_norms(zero->r, weight);
         scaled_load = column_norms(zero->r, inverse_diagonal);
         // |x* - s|^2 = |x* - x|^2 + (x - s)^T (r_s + r) with s the start at zero and r_s its residual.
@@ -169,35 +205,49 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     const double* const P = inverse_diagonal.data();
     Block z = options.preconditioner ? Block(n, k) : Block();
     const double* zs = z.data();
-    // z = B r; r^T B r.
-    const auto precondition = [&]() -> Vector {
-        if (!options.preconditioner)
-            return column_sums(n, k, [&](Eigen::Index i, Eigen::Index at) { return P[i] * rs[at] * rs[at]; });
+    // z = B r; r^T B r,
+    // and z^T q.
+    const auto precondition = [&]() -> std::pair<Vector, Vector> {
+        if (!options.preconditioner) {
+            return {
+                column_sums(n, k, [&](Eigen::Index i, Eigen::Index at) { return P[i] * rs[at] * rs[at]; }),
+                {}};
+        }
         options.preconditioner(r, z);
         zs = z.data();
-        return column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return rs[at] * zs[at]; });
+        return column_sums(
+            n, k, [&](Eigen::Index, Eigen::Index at) { return rs[at] * zs[at]; },
+            [&](Eigen::Index, Eigen::Index at) { return zs[at] * qs[at]; });
     };
 
     const auto preconditioned = [&](Eigen::Index i, Eigen::Index at) {
         return zs != nullptr ? zs[at] : P[i] * rs[at];
     };
 
-    Vector rz = precondition();
-    if (!energy_load) energy_load = rz;  // it was started at zero
+    q.setZero();
+    Vector rz = precondition().first;
     Vector alpha(k);
     Vector beta(k);
     std::vector<char> done(static_cast<std::size_t>(k), 0);
     Vector errors = Vector::Zero(k);
     const auto check = [&](bool first) {
         const bool as_rz = options.norm != StoppingNorm::residual && !options.preconditioner;
-        const Vector norms = energy ? Vector(k) : as_rz ? Vector(rz.cwiseSqrt()) : column_norms(r, weight);
+        Vector norms(k);
+        if (refinement) {
+            norms = z.cwiseAbs().colwise().maxCoeff().transpose().cwiseQuotient(
+                x.cwiseAbs().colwise().maxCoeff().transpose());
+        } else if (!energy) {
+            norms = as_rz ? Vector(rz.cwiseSqrt()) : column_norms(r, weight);
+        }
         bool all = true;
         for (Eigen::Index c = 0; c < k; ++c) {
             if (done[static_cast<std::size_t>(c)] != 0) continue;
             if (load[c] == 0.0 || rz[c] == 0.0) {
                 errors[c] = 0.0;
-            } else if (energy && options.preconditioner) {
-                errors[c] = std::sqrt(std::max(rz[c], 0.0) / (*energy_load)[c]);
+            } else if (refinement) {
+                if (norms[c] <= options.tolerance || result.iterations % 10 == 0)
+                    smallest_ritz[c] = std::min(1.0, ritz_values[static_cast<std::size_t>(c)].smallest());
+                errors[c] = norms[c] / smallest_ritz[c];
             } else if (energy) {
                 // At the start nothing is known of the energy error but that a residual at rounding ends it.
                 errors[c] = first ? std::numeric_limits<double>::max()
@@ -244,21 +294,25 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
             xs[at] += alpha[c] * ps[at];
             rs[at] -= alpha[c] * qs[at];
         });
-        const Vector next = precondition();
+        const auto [next, zq] = precondition();
         for (Eigen::Index c = 0; c < k; ++c)
             beta[c] = done[static_cast<std::size_t>(c)] != 0 || rz[c] == 0.0 ? 0.0 : next[c] / rz[c];
         if (options.preconditioner) {
             // z^T (r - r_before) / (r^T z)_before: r - r_before = -alpha q.
-            const Vector zq =
-                column_sums(n, k, [&](Eigen::Index, Eigen::Index at) { return zs[at] * qs[at]; });
             for (Eigen::Index c = 0; c < k; ++c)
                 beta[c] = beta[c] == 0.0 ? 0.0 : std::max(0.0, -alpha[c] * zq[c] / rz[c]);
+        }
+        for (Eigen::Index c = 0; c < k; ++c) {
+            if (refinement && alpha[c] > 0.0)
+                ritz_values[static_cast<std::size_t>(c)].step(alpha[c], beta[c]);
         }
         rz = next;
         all_done = check(false);
         if (all_done) break;
         if (options.preconditioner) {
-            const double worst = errors.maxCoeff();
+            // Without the Ritz values, which fall while they converge.
+            const double worst =
+                (refinement ? Vector(errors.cwiseProduct(smallest_ritz)) : errors).maxCoeff();
             const bool gained = worst < 0.8 * best;
             best = gained ? worst : best;
             since_best = gained ? 0 : since_best + 1;
@@ -275,7 +329,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     ++result.products;
     result.relative_residual = worst_ratio(column_norms(r, inverse_diagonal), scaled_load);
     result.error = errors.size() > 0 ? errors.maxCoeff() : 0.0;
-    if (!energy) result.error = worst_ratio(column_norms(r, weight), load);
+    if (!energy && !refinement) result.error = worst_ratio(column_norms(r, weight), load);
     if (indefinite || !std::isfinite(result.relative_residual)) {
         result.reason = StopReason::not_definite;
     } else if (!all_done) {

@@ -34,8 +34,8 @@ struct Costs {
     double cycle;   // an iteration with it
     double cycles_a_digit;
 };
-constexpr Costs first_order{40.0, 2.5, 0.25, 0.25, 1.45, 0.07, 3.4};
-constexpr Costs second_order{200.0, 8.5, 0.5, 0.8, 4.5, 0.22, 6.5};
+constexpr Costs first_order{40.0, 2.5, 0.25, 0.25, 1.3, 0.06, 2.4};
+constexpr Costs second_order{200.0, 8.5, 0.5, 0.8, 4.0, 0.12, 11.5};
 
 // Below this a factor is always as fast; above this many Green's functions take more room than a factor of K D K.
 constexpr Index worth_multigrid = 30000;
@@ -52,6 +52,14 @@ constexpr int worth_metis = 100;
 // A graph of a solid has about seven edges a vertex, one of a surface three.
 bool is_solid(const EdgeGraph& graph) {
     return graph.edge_count() > 5.0 * graph.vertex_count();
+}
+
+// K D K without mass somewhere has lost an equation there.
+bool has_mass_at_edges(const Laplacian& laplacian) {
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        if (laplacian.mass()[v] <= 0.0 && laplacian.graph().degree(v) > 0) return false;
+    }
+    return true;
 }
 
 }  // namespace
@@ -106,26 +114,16 @@ LinearSolver::LinearSolver(std::shared_ptr<const LinearOperator> A, LinearSolver
             inverse_diagonal_[i] = 1.0 / diagonal_[i];
         }
     }
+    if (const auto* const A_pde = dynamic_cast<const PdeOperator*>(A_.get())) {
+        const bool alone = A_pde->order() == 2 && A_pde->sigma() == 0.0 && A_pde->gamma()[0] == 0.0;
+        if (alone) for_green_ = A_pde;
+        const bool of_use =
+            A_pde->order() == 1 || (A_pde->order() == 2 && has_mass_at_edges(A_pde->laplacian()));
+        if (of_use && (options_.hierarchy || A_pde->laplacian().points())) for_multigrid_ = A_pde;
+    }
     if (options_.norm == StoppingNorm::automatic) {
         options_.norm = A_->order() >= 2 ? StoppingNorm::energy_error : StoppingNorm::scaled_residual;
     }
-}
-
-// The operator where multigrid can be asked for; null otherwise.
-const PdeOperator* LinearSolver::for_multigrid() const {
-    const auto* const A = dynamic_cast<const PdeOperator*>(A_.get());
-    if (A == nullptr || A->order() < 1 || A->order() > 2) return nullptr;
-    if (!options_.hierarchy && !A->laplacian().points()) return nullptr;
-    // K D K without mass somewhere has lost an equation there.
-    for (Index v = 0; A->order() == 2 && v < A->rows(); ++v) {
-        if (A->laplacian().mass()[v] <= 0.0 && A->graph().degree(v) > 0) return nullptr;
-    }
-    return A;
-}
-
-const PdeOperator* LinearSolver::for_green() const {
-    const auto* const A = dynamic_cast<const PdeOperator*>(A_.get());
-    return A != nullptr && A->order() == 2 && A->sigma() == 0.0 && A->gamma()[0] == 0.0 ? A : nullptr;
 }
 
 LinearSolver::Choice LinearSolver::choose(const std::vector<Index>& held, Index columns) const {
@@ -155,7 +153,7 @@ LinearSolver::Choice LinearSolver::choose(const std::vector<Index>& held, Index 
     const double cycles = costs.cycles_a_digit * std::max(1.0, -std::log10(options_.tolerance));
     const double by_multigrid =
         costs.setup + solves * cycles * costs.cycle * (0.7 + 0.3 * columns) * (solid ? 2.0 : 1.0);
-    const bool multigrid = (n > worth_multigrid || !fits) && for_multigrid() != nullptr;
+    const bool multigrid = (n > worth_multigrid || !fits) && for_multigrid_ != nullptr;
 
     // With P = diag(A): lambda_max(P^-1 A) is near 2, and the mass term alone bounds lambda_min from below.
     const double mass = A_->total_mass();
@@ -177,7 +175,7 @@ LinearSolver::Choice LinearSolver::choose(const std::vector<Index>& held, Index 
                             std::ceil(iterations), options_.expected_solves)};
     }
     // Solves with K, one for each held vertex, and two with their refinement for each right-hand side.
-    if (for_green() != nullptr && held.size() <= most_greens_functions) {
+    if (for_green_ != nullptr && held.size() <= most_greens_functions) {
         const double inner = static_cast<double>(held.size()) + 4.0 * solves * columns;
         const double by_green =
             std::min(first_order.factor * thicker + inner * first_order.direct * thicker,
@@ -224,7 +222,9 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     std::sort(masked.begin(), masked.end());
 
     const auto unknowns = static_cast<Index>(A_->rows() - static_cast<Index>(masked.size()));
-    const Choice choice = choose(masked, static_cast<Index>(b.cols()));
+    Choice choice = choose(masked, static_cast<Index>(b.cols()));
+    if (failure_ && failure_->kind == choice.kind && failure_->held == masked)
+        choice = {SolverKind::cholesky, failure_->what};
     const bool may_fall_back = options_.kind == SolverKind::automatic &&
                                (choice.kind == SolverKind::multigrid || choice.kind == SolverKind::green);
     LinearSummary summary;
@@ -239,11 +239,15 @@ LinearSummary LinearSolver::solve(const Block& b, const Constraints& held, Block
     }
     summary.why = choice.why;
     if (may_fall_back && !failure.empty()) {
+        failure_ = {choice.kind, masked,
+                    fmt::format("{} was tried first and failed: {}", name(choice.kind), failure)};
+        multigrid_.reset();
+        green_.reset();
         const LinearSummary tried = summary;
         x = start;
         summary = solve_by(SolverKind::cholesky, b, masked, x);
         summary.setup_seconds += tried.setup_seconds + tried.solve_seconds;
-        summary.why = fmt::format("{} was tried first and failed: {}", name(choice.kind), failure);
+        summary.why = failure_->what;
     }
     summary.tolerance = options_.tolerance;
     summary.unknowns = unknowns;
@@ -270,9 +274,11 @@ LinearSummary LinearSolver::solve_by(SolverKind kind, const Block& b, const std:
 void LinearSolver::iterate(CgOptions options, const Block& b, const std::vector<Index>& held, Block& x,
                            LinearSummary& summary) const {
     options.tolerance = options_.tolerance;
-    options.norm = options_.norm;
+    const bool preconditioned = static_cast<bool>(options.preconditioner);
+    options.norm = preconditioned && options_.norm == StoppingNorm::energy_error ? StoppingNorm::refinement
+                                                                                 : options_.norm;
     options.progress = options_.progress;
-    summary.norm = options_.norm;
+    summary.norm = options.norm;
     for (int start = 0; start < 3; ++start) {
         const CgResult result = conjugate_gradients(product_, inverse_diagonal_, held, b, x, options);
         options.max_iterations -= result.iterations;
@@ -282,7 +288,7 @@ void LinearSolver::iterate(CgOptions options, const Block& b, const std::vector<
         summary.reason = result.reason;
         summary.error = result.error;
         summary.relative_residual = result.relative_residual;
-        if (result.reason != StopReason::converged || options_.norm == StoppingNorm::energy_error ||
+        if (result.reason != StopReason::converged || A_->order() >= 2 ||
             result.error <= 2.0 * options_.tolerance) {
             break;
         }
@@ -344,7 +350,7 @@ LinearSummary LinearSolver::solve_cg(const Block& b, const std::vector<Index>& h
 }
 
 LinearSummary LinearSolver::solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x) {
-    const PdeOperator* const A = for_multigrid();
+    const PdeOperator* const A = for_multigrid_;
     if (A == nullptr) {
         throw InputError("multigrid serves sigma M + gamma_1 K + gamma_2 K D K on meshes with positions only",
                          "use the solver auto");
@@ -375,7 +381,7 @@ LinearSummary LinearSolver::solve_multigrid(const Block& b, const std::vector<In
 }
 
 LinearSummary LinearSolver::solve_green(const Block& b, const std::vector<Index>& held, Block& x) {
-    const PdeOperator* const A = for_green();
+    const PdeOperator* const A = for_green_;
     if (A == nullptr) {
         throw InputError("Green's functions serve K D K alone, without K and without mass",
                          "use the solver auto");

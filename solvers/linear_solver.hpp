@@ -13,6 +13,7 @@
 // freely.
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <memory>
 #include <optional>
@@ -40,6 +41,9 @@ enum class SolverKind {
     cholesky,
     green  ///< K D K alone with few held vertices, by solves with K
 };
+inline constexpr std::array all_solver_kinds{SolverKind::automatic, SolverKind::cg,
+                                             SolverKind::multigrid, SolverKind::cholesky,
+                                             SolverKind::green};
 /// The word of the program's --solver: "auto", "cg", "multigrid", "cholesky", "green".
 std::string_view name(SolverKind kind);
 
@@ -99,8 +103,6 @@ class LinearSolver {
     };
     [[nodiscard]] Choice choose(const std::vector<Index>& held, Index columns) const;
     LinearSummary solve_by(SolverKind kind, const Block& b, const std::vector<Index>& held, Block& x);
-    [[nodiscard]] const PdeOperator* for_multigrid() const;
-    [[nodiscard]] const PdeOperator* for_green() const;
     void factor(const std::vector<Index>& held);
     LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
     LinearSummary solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x);
@@ -117,6 +119,8 @@ class LinearSolver {
     LinearSolverOptions options_;
     Vector diagonal_;
     Vector inverse_diagonal_;  // 1 for empty rows
+    const PdeOperator* for_multigrid_ = nullptr;  // A_, where multigrid can be asked for
+    const PdeOperator* for_green_ = nullptr;      // A_, where Green's functions can
     std::vector<Index> empty_rows_;
 
     Eigen::SparseMatrix<double> matrix_;  // assembled once, when a factor is first wanted
@@ -127,6 +131,13 @@ class LinearSolver {
     std::optional<Multigrid> multigrid_;
     std::vector<Index> multigrid_held_;
     std::unique_ptr<GreensFunctions> green_;
+
+    struct Failure {
+        SolverKind kind;
+        std::vector<Index> held;
+        std::string what;
+    };
+    std::optional<Failure> failure_;  // the last one that Cholesky took over from
 };
 
 }  // namespace beltrami

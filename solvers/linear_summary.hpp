@@ -15,10 +15,11 @@ enum class StoppingNorm {
     residual,         ///< |r|_2 / |r_0|_2
     scaled_residual,  ///< (r^T P^-1 r)^(1/2) / (r_0^T P^-1 r_0)^(1/2): blind to units and to slivers' large
                       ///< entries
-    energy_error,  ///< an estimate of |x - x*|_A / |x*|_A; conjugate gradients only. A small residual of K D
-                   ///< K says little about x, this does
-    refinement  ///< the largest change of the last refinement over the largest |x|: how a direct solve of an
-                ///< operator with K D K is judged
+    energy_error,  ///< an estimate of |x - x*|_A / |x*|_A; cg only. A small residual of K D K says little about
+                   ///< x, this does
+    refinement  ///< the largest change of a refinement over the largest |x|: how cholesky, green and multigrid
+                ///< are judged on an operator with K D K. That of multigrid is its cycle's on the residual,
+                ///< divided by the smallest Ritz value, which says how little of an error a cycle may see
 };
 std::string_view name(StoppingNorm norm);
 

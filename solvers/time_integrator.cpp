@@ -64,9 +64,9 @@ TimeIntegrator::TimeIntegrator(const Laplacian& laplacian, Pde pde, TimeOptions 
             main_ = make_solver({2.0, 0.5});
             break;
         case TimeMethod::bdf2:
-            main_ = make_solver({1.5, 2.0 / 3.0});
             options_.linear.expected_solves = 1;
             start_ = make_solver({1.0, 1.0});
+            options_.linear.expected_solves = options_.steps;
             break;
     }
     for (Index i = 0; i < laplacian_.vertex_count(); ++i) {
@@ -119,6 +119,12 @@ void TimeIntegrator::advance(const Constraints& held, const Block* f) {
     const double dt = options_.step;
     const Vector& M = laplacian_.mass();
     const bool multistep = options_.method == TimeMethod::bdf2 && step_count_ > 0;
+    if (multistep && !main_) {
+        // What the first step made of the mesh serves the others too.
+        options_.linear.hierarchy = start_->hierarchy();
+        options_.linear.analysis = start_->analysis();
+        main_ = make_solver({1.5, 2.0 / 3.0});
+    }
     LinearSolver& solver = start_ && !multistep ? *start_ : *main_;
 
     // Every method solves for a velocity w with A w = inertia - K~ base + f, and then u = base + reach w.

@@ -90,7 +90,7 @@ class TimeIntegrator {
     TimeOptions options_;
     PdeOperator stiffness_;
     std::unique_ptr<LinearSolver> start_;  // the first step of bdf2
-    std::unique_ptr<LinearSolver> main_;
+    std::unique_ptr<LinearSolver> main_;   // of bdf2 after its first step
     std::vector<Index> isolated_;  // vertices without mass
     Block u_, v_, u_before_, v_before_;
     Block reaction_;

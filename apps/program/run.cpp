@@ -128,8 +128,11 @@ void Run::add_options(CLI::App& command, Wants wants) {
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
     command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
     if (wants.solver) {
+        std::vector<std::string> solvers;
+        for (const SolverKind kind : all_solver_kinds)
+            solvers.emplace_back(name(kind));
         command.add_option("--solver", solver_, "auto, cg, multigrid, cholesky or green (default: auto)")
-            ->check(CLI::IsMember({"auto", "cg", "multigrid", "cholesky", "green"}))
+            ->check(CLI::IsMember(std::move(solvers)))
             ->option_text("NAME");
         command.add_option("--tolerance", tolerance_, "where solves stop (default: 1e-10)")->option_text("X");
         command.add_option("--max-iterations", max_iterations_, "the limit for cg (default: 50000)")
@@ -242,8 +245,7 @@ Laplacian Run::build(const Mesh& mesh, const std::function<Laplacian()>& make, c
 
 LinearSolverOptions Run::linear_options() const {
     LinearSolverOptions options;
-    for (const SolverKind kind : {SolverKind::automatic, SolverKind::cg, SolverKind::multigrid,
-                                  SolverKind::cholesky, SolverKind::green}) {
+    for (const SolverKind kind : all_solver_kinds) {
         if (solver_ == name(kind)) options.kind = kind;
     }
     options.tolerance = tolerance_;

@@ -298,6 +298,32 @@ TEST(LinearSolver, GreensFunctionsAgreeWithCholesky) {
 }
 
 // A limit that multigrid cannot keep: the factor takes over, and says so.
+// With K D K a residual and an energy say little about u: what multigrid stops on is an upper bound, and no large one.
+TEST(LinearSolver, MultigridEstimatesTheErrorOfU) {
+    const Index n = 5000;
+    const Laplacian laplacian(shapes::bumpy_sphere(n));
+    const PdeOperator A(laplacian, 0.0, {0.0, 1.0});
+    for (const Index count : {2, 30, 500}) {
+        Constraints held;
+        for (Index c = 0; c < count; ++c)
+            held.fix(c * (n / count), static_cast<double>(c * 7919 % 101));
+        const Block b = Block::Zero(n, 1);
+        Block expected = b;
+        LinearSolver direct(A, {.kind = SolverKind::cholesky});
+        EXPECT_TRUE(direct.solve(b, held, expected).converged);
+        for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
+            Block x = b;
+            LinearSolver solver(A, {.kind = SolverKind::multigrid, .tolerance = tolerance});
+            const LinearSummary summary = solver.solve(b, held, x);
+            EXPECT_TRUE(summary.converged) << summary.full();
+            EXPECT_EQ(summary.norm, StoppingNorm::refinement);
+            const double error = (x - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
+            EXPECT_LT(error, summary.error) << count << " held, " << tolerance;
+            EXPECT_GT(error, summary.error / 100.0) << count << " held, " << tolerance;
+        }
+    }
+}
+
 TEST(LinearSolver, FallsBackToCholesky) {
     const Laplacian laplacian(shapes::tetrahedral_cube(34));
     const PdeOperator A(laplacian, 0.0, {1.0});
@@ -309,13 +335,23 @@ TEST(LinearSolver, FallsBackToCholesky) {
     EXPECT_EQ(summary.solver, "multigrid") << summary.full();
     EXPECT_TRUE(summary.converged);
     EXPECT_LE(summary.iterations, 30);
-    LinearSolver limited(A, {.tolerance = 1e-8, .max_iterations = 2, .hierarchy = solver.hierarchy()});
+    int cycles = 0;
+    const Progress progress(
+        [&](const ProgressReport& report) { cycles += report.phase == "conjugate gradients" ? 1 : 0; });
+    LinearSolver limited(
+        A, {.tolerance = 1e-8, .max_iterations = 2, .hierarchy = solver.hierarchy(), .progress = &progress});
     Block y = Block::Zero(A.rows(), 1);
     const LinearSummary other = limited.solve(b, held, y);
     EXPECT_EQ(other.solver, "cholesky");
     EXPECT_TRUE(other.converged);
     EXPECT_NE(other.why.find("multigrid was tried first"), std::string::npos) << other.why;
     EXPECT_LT(relative_difference(x, y), 1e-6);
+    EXPECT_GT(cycles, 0);
+
+    // What has failed is not tried again.
+    cycles = 0;
+    EXPECT_EQ(limited.solve(2.0 * b, held, y).why, other.why);
+    EXPECT_EQ(cycles, 0);
 }
 
 TEST(LinearSolver, OneSymbolicAnalysisServesAMesh) {
