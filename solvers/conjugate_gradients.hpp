@@ -20,7 +20,7 @@
 namespace beltrami {
 
 struct CgOptions {
-    double tolerance = 1e-10;  ///< in `norm`
+    double tolerance = 1e-10;                           ///< in `norm`
     StoppingNorm norm = StoppingNorm::scaled_residual;  ///< refinement: with a preconditioner only
     int max_iterations = 50000;
     /// z = B r, B symmetric and positive definite on the free rows, z = 0 on the held: such as Multigrid's. Empty: the
