@@ -41,9 +41,8 @@ enum class SolverKind {
     cholesky,
     green  ///< K D K alone with few held vertices, by solves with K
 };
-inline constexpr std::array all_solver_kinds{SolverKind::automatic, SolverKind::cg,
-                                             SolverKind::multigrid, SolverKind::cholesky,
-                                             SolverKind::green};
+inline constexpr std::array all_solver_kinds{SolverKind::automatic, SolverKind::cg, SolverKind::multigrid,
+                                             SolverKind::cholesky, SolverKind::green};
 /// The word of the program's --solver: "auto", "cg", "multigrid", "cholesky", "green".
 std::string_view name(SolverKind kind);
 
@@ -118,7 +117,7 @@ class LinearSolver {
     Product product_;
     LinearSolverOptions options_;
     Vector diagonal_;
-    Vector inverse_diagonal_;  // 1 for empty rows
+    Vector inverse_diagonal_;                     // 1 for empty rows
     const PdeOperator* for_multigrid_ = nullptr;  // A_, where multigrid can be asked for
     const PdeOperator* for_green_ = nullptr;      // A_, where Green's functions can
     std::vector<Index> empty_rows_;

@@ -91,7 +91,7 @@ class TimeIntegrator {
     PdeOperator stiffness_;
     std::unique_ptr<LinearSolver> start_;  // the first step of bdf2
     std::unique_ptr<LinearSolver> main_;   // of bdf2 after its first step
-    std::vector<Index> isolated_;  // vertices without mass
+    std::vector<Index> isolated_;          // vertices without mass
     Block u_, v_, u_before_, v_before_;
     Block reaction_;
     int step_count_ = 0;
