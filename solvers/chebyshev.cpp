@@ -118,10 +118,10 @@ void Chebyshev::prepare() {
     const auto dot = [&](const std::vector<float>& a, const std::vector<float>& b) {
 #pragma omp parallel for schedule(static) if (A_.rows() > worth_threads)
         for (Index block = 0; block < blocks; ++block) {
-            const auto [first, end] = rows_of_block(block);
+            const RowRange rows = rows_of_block(block);
             double sum = 0.0;
 #pragma omp simd reduction(+ : sum)
-            for (Index i = first; i < end; ++i) {
+            for (Index i = rows.first; i < rows.end; ++i) {
                 sum += static_cast<double>(a[static_cast<std::size_t>(i)]) *
                        static_cast<double>(b[static_cast<std::size_t>(i)]);
             }

@@ -82,10 +82,10 @@ class Chebyshev {
 
   private:
     static constexpr Index block_rows = chebyshev_block_rows;
+    static constexpr int degree = 4;  // steps before and after
 
     void prepare();
     [[nodiscard]] bool factored() const { return C_.rows() > 0; }
-    static constexpr int degree = 4;
     // Of a step: one, or two with the factors of K D K.
     [[nodiscard]] int passes() const { return factored() ? 2 : 1; }
     // Pass `pass` of a step on a block, from field d[from] to the other.

@@ -64,23 +64,17 @@ SparseRows smoothed(Index n, const Rows& K, const SparseRows& P, const std::vect
     return product(n, JacobiRows<Rows>{K, weight}, P);
 }
 
-// From the unknowns of a level, given by `coarse`, to those of the finer one.
-SlicedRows interpolation(const SparseRows& P, const ScaledRows& fine, const ScaledRows& coarse) {
-    return SlicedRows(fine.size(), [&](Index place, auto f) {
-        const Index i = fine.order[at(place)];
-        if (fine.is_held(i)) return;
-        P.for_row(i, [&](Index j, double w) {
-            if (!coarse.is_held(j)) f(coarse.position[at(j)], w * coarse.scale[at(j)] / fine.scale[at(i)]);
-        });
-    });
-}
-// Its transpose; R = P^T.
-SlicedRows restriction(const SparseRows& R, const ScaledRows& fine, const ScaledRows& coarse) {
-    return SlicedRows(coarse.size(), [&](Index place, auto f) {
-        const Index j = coarse.order[at(place)];
-        if (coarse.is_held(j)) return;
-        R.for_row(j, [&](Index i, double w) {
-            if (!fine.is_held(i)) f(fine.position[at(i)], w * coarse.scale[at(j)] / fine.scale[at(i)]);
+// Entries from the unknowns of one level, the columns, to those of the next, the rows: of P from coarse to fine, of its
+// transpose the other way.
+SlicedRows transfer(const SparseRows& entries, const ScaledRows& rows, const ScaledRows& columns,
+                    bool to_finer) {
+    return SlicedRows(rows.size(), [&](Index place, auto f) {
+        const Index i = rows.order[at(place)];
+        if (rows.is_held(i)) return;
+        entries.for_row(i, [&](Index j, double w) {
+            if (columns.is_held(j)) return;
+            const double scale = columns.scale[at(j)] / rows.scale[at(i)];
+            f(columns.position[at(j)], to_finer ? w * scale : w / scale);
         });
     });
 }
@@ -175,9 +169,9 @@ Multigrid::Multigrid(const PdeOperator& A, const Hierarchy& hierarchy, std::span
             scaled_rows(hierarchy.size(l + 1), coarse, std::vector<char>(at(hierarchy.size(l + 1)), 0));
         Level& level = levels_->levels.emplace_back();
         level.n = n;
-        level.from_coarser = interpolation(P, scaled, coarse_scaled);
+        level.from_coarser = transfer(P, scaled, coarse_scaled, true);
         P = {};
-        level.to_coarser = restriction(R, scaled, coarse_scaled);
+        level.to_coarser = transfer(R, coarse_scaled, scaled, false);
         R = {};
         level.smoother = l > 0         ? Chebyshev(stored, scaled)
                          : bilaplacian ? Chebyshev(A, scaled)

@@ -56,7 +56,8 @@ class SlicedRows {
     [[nodiscard]] Index rows() const { return rows_; }
     [[nodiscard]] Index padded_rows() const { return padded(rows_); }
     [[nodiscard]] std::size_t entry_count() const { return entries_; }
-    /// The least and the largest column of the rows, or of none: the first row twice.
+    /// The least and the largest column of the rows, or of none: the first row twice. 0 may be among them where a slice begins
+    /// with an empty row.
     [[nodiscard]] std::pair<Index, Index> columns_of(RowRange rows) const;
     [[nodiscard]] std::size_t memory_bytes() const {
         return begin_.size() * sizeof(std::size_t) + column_.size() * sizeof(Index) +
@@ -99,9 +100,9 @@ SlicedRows::SlicedRows(Index rows, ForRow for_row) : rows_(rows) {
     value_.resize(begin_.back());
 #pragma omp parallel for schedule(static) if (rows > 20000)
     for (Index s = 0; s < slices; ++s) {
+        Index column = 0;  // one of the slice's own, for what is filled up
         for (Index i = s * slice_rows; i < (s + 1) * slice_rows; ++i) {
             std::size_t to = begin_[at(s)] + at(i % slice_rows);
-            Index column = 0;
             if (i < rows) {
                 for_row(i, [&](Index j, double a) {
                     column = j;

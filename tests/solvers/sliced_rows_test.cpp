@@ -111,6 +111,11 @@ TEST(SlicedRows, KnowsTheColumnsOfRows) {
     });
     EXPECT_EQ((S.columns_of({16, 48})), (std::pair<Index, Index>(13, 52)));
     EXPECT_EQ((S.columns_of({0, 16})), (std::pair<Index, Index>(0, 0)));
+    // Empty rows at the end of a slice are filled up with its own columns.
+    const SlicedRows some(64, [](Index i, auto f) {
+        if (i % 16 < 10) f(i + 5, 1.0);
+    });
+    EXPECT_EQ((some.columns_of({16, 48})), (std::pair<Index, Index>(21, 46)));
 }
 
 TEST(SlicedRows, OrderByLengthStaysInBlocks) {
