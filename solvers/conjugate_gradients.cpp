@@ -115,7 +115,7 @@ class RitzValues {
     }
 
   private:
-    // What multigrid on K D K comes to at the worst of the meshes it was tried on.
+    // What multigrid on K D K comes to on meshes with some slivers.
     static constexpr double unknown = 0.02;
     std::vector<double> diagonal_;
     std::vector<double> off_diagonal_;
@@ -205,8 +205,7 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
     const double* const P = inverse_diagonal.data();
     Block z = options.preconditioner ? Block(n, k) : Block();
     const double* zs = z.data();
-    // z = B r; r^T B r,
-    // and z^T q.
+    // z = B r; r^T B r, and with a preconditioner z^T q.
     const auto precondition = [&]() -> std::pair<Vector, Vector> {
         if (!options.preconditioner) {
             return {

@@ -288,7 +288,10 @@ void LinearSolver::iterate(CgOptions options, const Block& b, const std::vector<
         summary.reason = result.reason;
         summary.error = result.error;
         summary.relative_residual = result.relative_residual;
-        if (result.reason != StopReason::converged || A_->order() >= 2 ||
+        // Only residuals were computed afresh, and may say that it has not converged after all.
+        const bool judged_afresh =
+            options.norm == StoppingNorm::residual || options.norm == StoppingNorm::scaled_residual;
+        if (result.reason != StopReason::converged || !judged_afresh ||
             result.error <= 2.0 * options_.tolerance) {
             break;
         }

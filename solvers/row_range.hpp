@@ -11,7 +11,6 @@ namespace beltrami {
 struct RowRange {
     Index first;
     Index end;
-    [[nodiscard]] bool empty() const { return first >= end; }
 };
 
 /// Part s of `count` even parts of n rows.

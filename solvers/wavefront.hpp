@@ -2,7 +2,7 @@
 // finds the matrix in the cache.
 //
 //     const Wavefront front(blocks, [&](Index b) { return reach_of_block(b); });
-//     front.run(3, n > 20000, [&](int pass, RowRange blocks) { ... });
+//     front.run(3, n > 20000, [&](int pass, Index block) { ... });
 //
 // On several threads each has a stretch of blocks, of which every pass does what depends on the stretch alone; what is left
 // around the ends follows pass by pass.
@@ -40,7 +40,7 @@ class Wavefront {
     [[nodiscard]] RowRange inner(RowRange done) const {
         const auto begin = std::lower_bound(first_.begin(), first_.end(), done.first) - first_.begin();
         const auto end = std::lower_bound(last_.begin(), last_.end(), done.end) - last_.begin();
-        return {static_cast<Index>(begin), static_cast<Index>(end)};
+        return {static_cast<Index>(begin), static_cast<Index>(std::max(begin, end))};
     }
     // All passes on the blocks that `own` lets each of them do.
     template <class Process>
@@ -64,16 +64,13 @@ Wavefront::Wavefront(Index blocks, Reach reach) : first_(at(blocks)), last_(at(b
 template <class Process>
 void Wavefront::run_stretch(int passes, RowRange own, std::vector<RowRange>& done, Process process) const {
     done.assign(static_cast<std::size_t>(passes), own);
-    for (int pass = 1; pass < passes; ++pass) {
-        RowRange& these = done[static_cast<std::size_t>(pass)];
-        these = inner(done[static_cast<std::size_t>(pass) - 1]);
-        if (these.empty()) these = {these.first, these.first};
-    }
+    for (std::size_t pass = 1; pass < done.size(); ++pass)
+        done[pass] = inner(done[pass - 1]);
     std::vector<Index> next(static_cast<std::size_t>(passes));
     for (std::size_t pass = 0; pass < next.size(); ++pass)
         next[pass] = done[pass].first;
     const auto ready = [&](std::size_t pass) {
-        return next[pass] < done[pass].end && (pass == 0 || last_[at(next[pass])] < next[pass - 1]);
+        return next[pass] < done[pass].end && last_[at(next[pass])] < next[pass - 1];
     };
     while (next[0] < own.end) {
         process(0, next[0]++);
