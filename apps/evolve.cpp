@@ -45,4 +45,17 @@ Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, con
     return result;
 }
 
+double extent(const Mesh& mesh) {
+    Vector3 lower = Vector3::Constant(INFINITY);
+    Vector3 upper = Vector3::Constant(-INFINITY);
+    for (Index c = 0; c < mesh.cell_count(); ++c) {
+        for (Eigen::Index k = 0; k < mesh.cells().cols(); ++k) {
+            const Vector3 p = mesh.points().row(mesh.cells()(c, k)).transpose();
+            lower = lower.cwiseMin(p);
+            upper = upper.cwiseMax(p);
+        }
+    }
+    return mesh.cell_count() > 0 ? 0.5 * (upper - lower).norm() : 0.0;
+}
+
 }  // namespace beltrami

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "beltrami/framework/constraints.hpp"
+#include "beltrami/framework/mesh.hpp"
 #include "beltrami/framework/progress.hpp"
 #include "beltrami/solvers/time_integrator.hpp"
 
@@ -37,5 +38,9 @@ struct Evolution {
 /// values are imposed on the start. Throws InputError for a time or number of steps that is not positive.
 Evolution evolve(const Laplacian& laplacian, const Pde& pde, const Block& u, const Block& v,
                  const Constraints& held, const EvolveOptions& options);
+
+/// Half the diagonal of the bounding box of the vertices that cells use, 0 for a mesh without cells: a length to choose a
+/// time by.
+double extent(const Mesh& mesh);
 
 }  // namespace beltrami

@@ -35,6 +35,8 @@ class Progress {
     }
     void cancel() noexcept { cancelled_.store(true); }
     [[nodiscard]] bool cancelled() const noexcept { return cancelled_.load(); }
+    /// Forgets a cancel: for the next piece of work under the same Progress.
+    void restart() noexcept { cancelled_.store(false); }
 
     /// Throws Cancelled once cancel() was called.
     void check() const {

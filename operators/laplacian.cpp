@@ -78,4 +78,10 @@ std::size_t Laplacian::memory_bytes() const {
            static_cast<std::size_t>(vertex_count()) * (2 * sizeof(double) + 2 * sizeof(Index));
 }
 
+double dirichlet_energy(const Laplacian& laplacian, const Block& u) {
+    Block product(u.rows(), u.cols());
+    laplacian.stiffness().apply(u, product);
+    return 0.5 * u.cwiseProduct(product).sum();
+}
+
 }  // namespace beltrami

@@ -66,4 +66,7 @@ class Laplacian {
     Index isolated_vertices_ = 0;
 };
 
+/// 1/2 u^T K u, summed over the columns: how rough a field is. u: n x k in the working order.
+double dirichlet_energy(const Laplacian& laplacian, const Block& u);
+
 }  // namespace beltrami

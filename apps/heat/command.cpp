@@ -32,9 +32,7 @@ void add_heat(CLI::App& program, Run& run) {
         }
         initial.impose(start);
         const Laplacian laplacian = run.build(mesh);
-        // Heat reaches about sqrt(4 t).
-        const double reach = extent(mesh);
-        run_simulation(run, *options, mesh, 0.25 * reach * reach, [&](const EvolveOptions& evolve) {
+        run_simulation(run, *options, mesh, usual_heat_time(mesh), [&](const EvolveOptions& evolve) {
             Evolution evolution = heat(laplacian, start, sources, evolve);
             Block given = start;
             sources.impose(given);

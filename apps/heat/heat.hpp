@@ -16,4 +16,7 @@ namespace beltrami {
 Evolution heat(const Laplacian& laplacian, const Block& initial, const Constraints& sources,
                const EvolveOptions& options);
 
+/// A time in which heat crosses a good part of the mesh: it reaches about sqrt(4 t).
+inline double usual_heat_time(const Mesh& mesh) { return 0.25 * extent(mesh) * extent(mesh); }
+
 }  // namespace beltrami

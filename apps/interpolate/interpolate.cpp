@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "beltrami/apps/term_weights.hpp"
 #include "beltrami/framework/error.hpp"
@@ -32,25 +33,40 @@ void require_within(const Constraints& fixed, const Bounds& bounds) {
 
 }  // namespace
 
-InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fixed,
-                              const InterpolateOptions& options) {
+Interpolator::Interpolator(const Laplacian& laplacian, const InterpolateOptions& options)
+    : laplacian_(laplacian), free_components_(options.free_components),
+      solver_(PdeOperator(laplacian, 0.0, term_weights(options.laplacian, options.bilaplacian)), options.linear) {
+    for (Index v = 0; v < laplacian.vertex_count(); ++v) {
+        if (laplacian.graph().degree(v) == 0) isolated_.push_back(v);
+    }
+}
+
+InterpolateResult Interpolator::operator()(const Constraints& fixed, const std::optional<Bounds>& bounds) {
     if (fixed.empty())
         throw InputError("no vertex is fixed, so there is nothing to interpolate", "fix at least one");
-    const std::vector<double> gamma = term_weights(options.laplacian, options.bilaplacian);
-    const Renumbering& order = laplacian.order();
-    const Constraints held =
-        order.to_working(hold_free_components(laplacian, fixed, options.free_components));
-    LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), options.linear);
-    Block value = Block::Zero(laplacian.vertex_count(), fixed.columns());
-    const Block no_load = value;
-    if (!options.bounds) {
-        const LinearSummary summary = solver.solve(no_load, held, value);
+    if (bounds) require_within(fixed, *bounds);
+    const Renumbering& order = laplacian_.order();
+    const Constraints held = order.to_working(hold_free_components(laplacian_, fixed, free_components_));
+    const Block no_load = Block::Zero(laplacian_.vertex_count(), fixed.columns());
+    // A solve that fails leaves nothing to start from.
+    Block value = std::exchange(value_, Block());
+    if (value.cols() != fixed.columns() || value.rows() != no_load.rows()) value = no_load;
+    for (const Index v : isolated_)
+        value.row(v).setZero();
+    LinearSummary summary;
+    if (bounds) {
+        summary = solve_bounded(solver_, no_load, held, *bounds, value).linear;
+    } else {
+        summary = solver_.solve(no_load, held, value);
         require_converged(summary);
-        return {order.to_user(value), summary};
     }
-    require_within(fixed, *options.bounds);
-    const LinearSummary summary = solve_bounded(solver, no_load, held, *options.bounds, value).linear;
-    return {order.to_user(value), summary};
+    value_ = std::move(value);
+    return {order.to_user(value_), summary};
+}
+
+InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fixed,
+                              const InterpolateOptions& options) {
+    return Interpolator(laplacian, options)(fixed, options.bounds);
 }
 
 Bounds range_of(const Constraints& fixed) {

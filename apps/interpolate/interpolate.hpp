@@ -10,6 +10,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "beltrami/framework/constraints.hpp"
 #include "beltrami/framework/mesh.hpp"
@@ -39,6 +40,27 @@ struct InterpolateResult {
 /// SolveError without convergence.
 InterpolateResult interpolate(const Laplacian& laplacian, const Constraints& fixed,
                               const InterpolateOptions& options = {});
+
+/// Many interpolations over one mesh, such as while somebody paints: what the solver made (a factor, a hierarchy) stays
+/// while constraints come, go and move.
+class Interpolator {
+  public:
+    /// Throws InputError for coefficients that are negative or both zero.
+    explicit Interpolator(const Laplacian& laplacian, const InterpolateOptions& options = {});
+
+    /// As interpolate() with the options' coefficients, policy and solver; `bounds` instead of theirs.
+    InterpolateResult operator()(const Constraints& fixed, const std::optional<Bounds>& bounds = {});
+
+    /// What another Interpolator on the mesh, with other coefficients, can be handed in its options.
+    [[nodiscard]] const LinearSolver& solver() const { return solver_; }
+
+  private:
+    Laplacian laplacian_;
+    FreeComponents free_components_;
+    LinearSolver solver_;
+    std::vector<Index> isolated_;  // of the working order; no solve moves them
+    Block value_;                  // the last result, in the working order: the next one is near
+};
 
 /// The least and greatest fixed value of each column.
 Bounds range_of(const Constraints& fixed);

@@ -41,17 +41,17 @@ void check_path(const ContactPath& path, const SurfaceSearch& surface, double re
     }
 }
 
-// The contact at a time, without the surface; nothing outside the path.
-std::optional<Waypoint> at_time(const ContactPath& path, double time, double slack) {
+// Nothing outside the path.
+std::optional<Contact> at_time(const ContactPath& path, double time, double slack) {
     if (time < path.front().time - slack || time > path.back().time + slack) return std::nullopt;
     const auto next = std::upper_bound(path.begin(), path.end(), time,
                                        [](double t, const Waypoint& w) { return t < w.time; });
-    if (next == path.begin()) return path.front();
-    if (next == path.end()) return path.back();
+    if (next == path.begin()) return Contact{path.front().point, path.front().displacement};
+    if (next == path.end()) return Contact{path.back().point, path.back().displacement};
     const Waypoint& a = *(next - 1);
     const double part = (time - a.time) / (next->time - a.time);
-    return Waypoint{time, a.point + part * (next->point - a.point),
-                    a.displacement + part * (next->displacement - a.displacement)};
+    return Contact{a.point + part * (next->point - a.point),
+                   a.displacement + part * (next->displacement - a.displacement)};
 }
 
 // Every step's contact before the first is made: between waypoints the straight way may leave the surface, or come closer
@@ -94,20 +94,52 @@ Hold hold_of(const ContactState& contact, const Renumbering& order) {
 }
 
 // The least that a step takes here: one iteration on what a contact touches first.
-double least_seconds(const Laplacian& laplacian, const PokeOptions& options, const Hold& hold) {
+double least_seconds(const Laplacian& laplacian, const PokeOptions& options, const SurfaceSearch& surface,
+                     const Contact& contact) {
     double least = std::numeric_limits<double>::infinity();
+    const ContactState moved{true, surface.closest(contact.point), contact.displacement + Vector3::Constant(1e-3)};
+    const std::array hold{hold_of(moved, laplacian.order())};
     for (int trial = 0; trial < 3; ++trial) {
         LocalIntegrator motion(laplacian, options.skin, 1.0 / options.rate, 3, options.local);
-        Hold moved = hold;
-        for (double& value : moved.value)
-            value += 1e-3;
-        least = std::min(
-            least, motion.advance(std::array{moved}, LocalIntegrator::Clock::time_point::min()).seconds);
+        least = std::min(least, motion.advance(hold, LocalIntegrator::Clock::time_point::min()).seconds);
     }
     return least;
 }
 
+void check_rate(double rate) {
+    if (std::isfinite(rate) && rate > 0.0) return;
+    throw InputError(fmt::format("the rate is {} steps per unit of time", rate),
+                     "give a positive number, such as 1000");
+}
+
+const PokeOptions& checked(const PokeOptions& options) {
+    check_rate(options.rate);
+    if (options.skin.alpha > 0.0) return options;
+    throw InputError("the skin has no mass: alpha is 0", "give alpha a positive value");
+}
+
 }  // namespace
+
+TouchedSurface::TouchedSurface(const Mesh& mesh, const Laplacian& laplacian, const PokeOptions& options)
+    : laplacian_(laplacian), surface_(mesh),
+      motion_(laplacian, checked(options).skin, 1.0 / options.rate, 3, options.local) {}
+
+LocalStep TouchedSurface::advance(std::span<const std::optional<Contact>> contacts,
+                                  std::optional<LocalIntegrator::Clock::time_point> deadline) {
+    contacts_.assign(contacts.size(), {});
+    std::vector<Hold> holds;
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        if (!contacts[i]) continue;
+        contacts_[i] = {true, surface_.closest(contacts[i]->point), contacts[i]->displacement};
+        holds.push_back(hold_of(contacts_[i], laplacian_.order()));
+    }
+    const LocalStep step = motion_.advance(holds, deadline);
+    Eigen::Index row = 0;
+    for (ContactState& contact : contacts_) {
+        if (contact.touching) contact.force = motion_.forces().row(row++).transpose();
+    }
+    return step;
+}
 
 Pde skin_of(const Mesh& mesh) {
     constexpr double omega = 2.0 * std::numbers::pi * 10.0;
@@ -124,17 +156,12 @@ Pde skin_of(const Mesh& mesh) {
 PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<ContactPath>& paths,
                 const PokeOptions& options) {
     if (paths.empty()) throw InputError("nothing touches the surface", "give at least one path");
-    if (!std::isfinite(options.rate) || options.rate <= 0.0) {
-        throw InputError(fmt::format("the rate is {} steps per unit of time", options.rate),
-                         "give a positive number, such as 1000");
-    }
+    check_rate(options.rate);
     if (options.time && !(std::isfinite(*options.time) && *options.time > 0.0)) {
         throw InputError(fmt::format("the time is {}", *options.time), "give a positive number");
     }
-    if (!(options.skin.alpha > 0.0)) {
-        throw InputError("the skin has no mass: alpha is 0", "give alpha a positive value");
-    }
-    const SurfaceSearch surface(mesh);
+    TouchedSurface skin(mesh, laplacian, options);
+    const SurfaceSearch& surface = skin.surface();
     const double dt = 1.0 / options.rate;
     const double reach = options.reach * diagonal_of(mesh);
     double start = std::numeric_limits<double>::infinity();
@@ -156,23 +183,17 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         throw InputError(fmt::format("{:.3g} steps", steps), "lower the rate, or shorten the path");
     }
 
-    const Renumbering& order = laplacian.order();
-    std::vector<ContactState> contacts(paths.size());
-    const auto place_contacts = [&](double time) {
-        std::vector<Hold> holds;
-        for (std::size_t i = 0; i < paths.size(); ++i) {
-            const auto now = at_time(paths[i], time, 1e-6 * dt);
-            contacts[i] = {};
-            if (!now) continue;
-            contacts[i].touching = true;
-            contacts[i].at = surface.closest(now->point);
-            contacts[i].displacement = now->displacement;
-            holds.push_back(hold_of(contacts[i], order));
-        }
-        return holds;
+    const auto contacts_at = [&](double time) {
+        std::vector<std::optional<Contact>> contacts;
+        for (const ContactPath& path : paths)
+            contacts.push_back(at_time(path, time, 1e-6 * dt));
+        return contacts;
     };
     if (options.real_time) {
-        const double least = least_seconds(laplacian, options, place_contacts(start).front());
+        const auto contacts = contacts_at(start);
+        const auto first =
+            std::find_if(contacts.begin(), contacts.end(), [](const auto& contact) { return contact.has_value(); });
+        const double least = least_seconds(laplacian, options, surface, **first);
         if (least > dt) {
             throw InputError(
                 fmt::format("{:g} steps per second cannot be met: the smallest step takes {:.2g} s here",
@@ -181,7 +202,6 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         }
     }
 
-    LocalIntegrator motion(laplacian, options.skin, dt, 3, options.local);
     const Index connected = laplacian.vertex_count() - laplacian.isolated_vertices();
     PokeResult result;
     std::vector<double> seconds;
@@ -191,19 +211,15 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
         report(options.progress, "poke", (step - 1) / steps);
         const double time = start + (step - 1) * dt;
         const auto tick = LocalIntegrator::Clock::now();
-        const std::vector<Hold> holds = place_contacts(time);
+        const std::vector<std::optional<Contact>> contacts = contacts_at(time);
         std::optional<LocalIntegrator::Clock::time_point> deadline;
         if (options.real_time) {
             deadline = tick + std::chrono::duration_cast<LocalIntegrator::Clock::duration>(
                                   std::chrono::duration<double>(dt - std::min(lag, dt)));
         }
-        const LocalStep local = motion.advance(holds, deadline);
-        Eigen::Index row = 0;
-        for (ContactState& contact : contacts) {
-            if (!contact.touching) continue;
-            contact.force = motion.forces().row(row++).transpose();
+        const LocalStep local = skin.advance(contacts, deadline);
+        for (const ContactState& contact : skin.contacts())
             result.largest_force = std::max(result.largest_force, contact.force.norm());
-        }
         const double taken = std::chrono::duration<double>(LocalIntegrator::Clock::now() - tick).count();
         if (options.real_time) lag = std::max(0.0, lag + taken - dt);
         seconds.push_back(taken);
@@ -221,11 +237,12 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
             result.largest_put_in = std::max(result.largest_put_in, local.put_in / local.scale);
         result.error_bound = scale > 0.0 ? local.error_bound / scale : 0.0;
         if (options.on_step)
-            options.on_step({step, static_cast<int>(steps), time, local, lag, contacts, motion});
-        result.at_rest = motion.domain().empty();
+            options.on_step(
+                {step, static_cast<int>(steps), time, local, lag, skin.contacts(), skin.motion()});
+        result.at_rest = skin.motion().domain().empty();
         if (!options.time && time > end && result.at_rest) break;
     }
-    result.displacement = order.to_user(motion.u());
+    result.displacement = laplacian.order().to_user(skin.motion().u());
     std::sort(seconds.begin(), seconds.end());
     result.median_seconds = seconds[seconds.size() / 2];
     result.percentile_99_seconds = seconds[std::min(seconds.size() - 1, seconds.size() * 99 / 100)];

@@ -13,6 +13,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,39 @@ struct PokeStep {
     const std::vector<ContactState>& contacts;
     /// What is active at this moment, in slots and in the working order of the Laplacian.
     const LocalIntegrator& motion;
+};
+
+/// What a contact does to the surface during one step.
+struct Contact {
+    Vector3 point;  ///< is brought to the surface at rest
+    Vector3 displacement;
+};
+
+/// A surface under contacts that nobody knows beforehand, such as those of a person who drags it:
+///
+///     TouchedSurface skin(mesh, laplacian, options);
+///     const LocalStep step = skin.advance(std::array{std::optional(Contact{point, displacement})});
+///     skin.contacts()[0].force;
+class TouchedSurface {
+  public:
+    /// Of the options: skin, rate and local. Throws InputError for a rate that is not positive, a skin that has no mass, and
+    /// as SurfaceSearch and LocalIntegrator do. mesh may go; laplacian is copied.
+    TouchedSurface(const Mesh& mesh, const Laplacian& laplacian, const PokeOptions& options);
+
+    /// One step of 1 / rate, with a contact, or none, in each place. Throws as LocalIntegrator::advance.
+    LocalStep advance(std::span<const std::optional<Contact>> contacts,
+                      std::optional<LocalIntegrator::Clock::time_point> deadline = {});
+
+    /// Of the last step, in the order of its contacts.
+    [[nodiscard]] const std::vector<ContactState>& contacts() const { return contacts_; }
+    [[nodiscard]] const LocalIntegrator& motion() const { return motion_; }
+    [[nodiscard]] const SurfaceSearch& surface() const { return surface_; }
+
+  private:
+    Laplacian laplacian_;
+    SurfaceSearch surface_;
+    LocalIntegrator motion_;
+    std::vector<ContactState> contacts_;
 };
 
 struct PokeResult {

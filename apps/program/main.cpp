@@ -46,6 +46,7 @@ int run_program(int argc, char** argv) {
     add_spectrum(program, run);
     add_signature(program, run);
     add_nodal(program, run);
+    add_view(program, run);
     try {
         program.parse(argc, argv);
         if (std::fflush(stdout) != 0) {

@@ -38,6 +38,8 @@ class Run {
 
     /// Checks every output name, then reads or makes the mesh and says what it is.
     Mesh load_mesh();
+    /// As the user wrote it.
+    [[nodiscard]] const std::string& mesh_argument() const { return mesh_argument_; }
     /// Of the mesh that was loaded.
     [[nodiscard]] const MeshReport& mesh_report() const { return mesh_report_; }
     /// Builds the operators and warns of what they leave out.
@@ -161,5 +163,6 @@ void add_filter(CLI::App& program, Run& run);
 void add_spectrum(CLI::App& program, Run& run);
 void add_signature(CLI::App& program, Run& run);
 void add_nodal(CLI::App& program, Run& run);
+void add_view(CLI::App& program, Run& run);
 
 }  // namespace beltrami::program

@@ -22,7 +22,4 @@ void add_simulate_options(CLI::App& command, SimulateOptions& options,
 void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, double default_time,
                     const std::function<Evolution(const EvolveOptions&)>& simulate);
 
-/// Half the diagonal of the bounding box of the vertices that cells use: a length to choose a default time by.
-double extent(const Mesh& mesh);
-
 }  // namespace beltrami::program

@@ -34,8 +34,7 @@ void add_wave(CLI::App& program, Run& run) {
         if (!options->damping.empty()) damping.beta_1 = options->damping[0];
         if (options->damping.size() > 1) damping.beta_2 = options->damping[1];
         const Laplacian laplacian = run.build(mesh);
-        // Waves travel one unit of length in one of time: half across the mesh.
-        run_simulation(run, *options, mesh, extent(mesh), [&](const EvolveOptions& evolve) {
+        run_simulation(run, *options, mesh, usual_wave_time(mesh), [&](const EvolveOptions& evolve) {
             return wave(laplacian, start, impulses, evolve, damping);
         });
     });

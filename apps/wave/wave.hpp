@@ -23,4 +23,7 @@ struct Damping {
 Evolution wave(const Laplacian& laplacian, const Block& initial, const Constraints& impulses,
                const EvolveOptions& options, const Damping& damping = {});
 
+/// The time in which waves cross half the mesh.
+inline double usual_wave_time(const Mesh& mesh) { return extent(mesh); }
+
 }  // namespace beltrami

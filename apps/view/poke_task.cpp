@@ -1,0 +1,228 @@
+// Poking: a point of the surface is dragged, and the surface around it gives way in its active domain, in real time.
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "beltrami/framework/stopwatch.hpp"
+#include "parcel.hpp"
+#include "task.hpp"
+
+namespace beltrami::view {
+
+namespace {
+
+using Clock = LocalIntegrator::Clock;
+
+// Steps in a second: the skin swings 10 times in one.
+constexpr double rate = 250.0;
+constexpr double frames_per_second = 60.0;
+// Of a recorded path.
+constexpr std::size_t most_waypoints = 100000;
+
+class PokeTask : public Task {
+  public:
+    using Task::Task;
+
+    [[nodiscard]] std::string name() const override { return "poke"; }
+
+    bool handle(const Request& request) override {
+        if (request.name() == "poke.release") {
+            held_.reset();
+            asked_ = request.id();
+            return true;
+        }
+        if (request.name() != "poke.hold") return false;
+        const auto vector = [&](const char* key) {
+            const std::vector<double> x = request.numbers(key, 3);
+            return Vector3(x[0], x[1], x[2]);
+        };
+        const Contact contact{vector("point"), vector("displacement")};
+        // Beyond this the linear skin has left all likeness of the surface.
+        const double most = 2.0 * extent(stage_.mesh);
+        if (!(contact.displacement.norm() <= most)) {
+            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide", contact.displacement.norm()),
+                             "drag less far");
+        }
+        asked_ = request.id();
+        if (!held_) {
+            path_.clear();
+            press_begins_ = true;
+        }
+        held_ = contact;
+        if (!moving_) {
+            moving_ = true;
+            stage_.post(name(), request.id(), false, [this](const Progress& progress) {
+                move(progress);
+                return std::string();
+            });
+        }
+        return true;
+    }
+
+    void clear(const Request&) override {
+        held_.reset();
+        path_.clear();
+    }
+
+    void leave() override { held_.reset(); }
+
+    [[nodiscard]] nlohmann::json state() const override {
+        return {{"rate", rate}, {"waypoints", path_.size()}};
+    }
+
+    [[nodiscard]] std::vector<std::string> command() const override {
+        if (path_.empty()) return {};
+        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply", shell_word(stage_.argument), rate)};
+    }
+
+    [[nodiscard]] std::vector<Outgoing> newest() const override {
+        if (!newest_) return {};
+        return {*newest_};
+    }
+
+    [[nodiscard]] Saved saved() const override {
+        std::string csv = "time,x,y,z,dx,dy,dz\n";
+        for (const Waypoint& w : path_) {
+            csv += fmt::format("{},{},{},{},{},{},{}\n", w.time, w.point.x(), w.point.y(), w.point.z(),
+                               w.displacement.x(), w.displacement.y(), w.displacement.z());
+        }
+        if (displacement_.size() == 0) throw InputError("nothing was touched yet", "drag the surface");
+        return {displaced(stage_.mesh, displacement_), {{"displacement", displacement_}}, csv};
+    }
+
+  private:
+    // On the solver thread, from the first touch until the surface is at rest.
+    void move(const Progress& progress) {
+        try {
+            if (!skin_) {
+                PokeOptions options{.skin = skin_of(stage_.mesh), .rate = rate};
+                skin_.emplace(stage_.mesh, stage_.laplacian, options);
+            }
+            constexpr std::chrono::duration<double> dt(1.0 / rate);
+            const auto step_length = std::chrono::duration_cast<Clock::duration>(dt);
+            auto tick = Clock::now();
+            auto next_frame = tick;
+            int late = 0;
+            int steps = 0;
+            for (bool moving = true; moving;) {
+                progress.check();
+                std::optional<Contact> contact = take_contact();
+                const auto deadline = std::max(tick + step_length, Clock::now() + step_length / 2);
+                const LocalStep step = skin_->advance(std::span(&contact, 1), deadline);
+                ++steps;
+                late += step.in_time ? 0 : 1;
+                moving = contact || !skin_->motion().domain().empty();
+                // A machine that cannot keep up shows slow motion rather than the jumps of catching up.
+                tick = std::max(tick + step_length, Clock::now() - step_length);
+                if (!moving || Clock::now() >= next_frame) {
+                    next_frame = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                                    std::chrono::duration<double>(1.0 / frames_per_second));
+                    moving = !tell(step, contact, late, steps) && moving;
+                    late = 0;
+                    steps = 0;
+                }
+                std::this_thread::sleep_until(tick);
+            }
+        } catch (...) {
+            skin_.reset();
+            const std::lock_guard lock(stage_.mutex);
+            moving_ = false;
+            held_.reset();
+            throw;
+        }
+    }
+
+    // What is held now. The path is piecewise linear, and a contact keeps still until the next request: a waypoint goes before
+    // each jump.
+    std::optional<Contact> take_contact() {
+        const std::lock_guard lock(stage_.mutex);
+        if (press_begins_) step_of_press_ = 0;
+        press_begins_ = false;
+        if (held_ && path_.size() < most_waypoints) {
+            const double time = static_cast<double>(step_of_press_) / rate;
+            const bool moved = path_.empty() || path_.back().displacement != held_->displacement ||
+                               path_.back().point != held_->point;
+            if (moved) {
+                if (!path_.empty() && path_.back().time < (step_of_press_ - 1) / rate) {
+                    Waypoint before = path_.back();
+                    before.time = (step_of_press_ - 1) / rate;
+                    path_.push_back(before);
+                }
+                path_.push_back({time, held_->point, held_->displacement});
+            }
+            last_held_step_ = step_of_press_;
+        } else if (!path_.empty() && path_.back().time < last_held_step_ / rate) {
+            Waypoint last = path_.back();
+            last.time = last_held_step_ / rate;
+            path_.push_back(last);
+        }
+        ++step_of_press_;
+        return held_;
+    }
+
+    // True where the surface is at rest and nothing touches it: moving has ended, under the lock that a new touch takes.
+    bool tell(const LocalStep& step, const std::optional<Contact>& contact, int late, int steps) {
+        const LocalIntegrator& motion = skin_->motion();
+        const ActiveDomain& domain = motion.domain();
+        std::vector<Index> vertices;
+        std::vector<Index> levels;
+        Block displacement(std::max(domain.slot_count() - 1, 0), 3);
+        for (Index s = 1; s < domain.slot_count(); ++s) {
+            vertices.push_back(stage_.laplacian.order().user(domain.vertex(s)));
+            levels.push_back(s < domain.end(0) ? 2 : 1);
+            const auto u = motion.u(s);
+            displacement.row(s - 1) << u[0], u[1], u[2];
+        }
+        const std::lock_guard lock(stage_.mutex);
+        nlohmann::json header = frame_header(name(), asked_, step.seconds, "");
+        header["active"] = step.active;
+        header["step_seconds"] = step.seconds;
+        header["late"] = 2 * late > steps;
+        header["force"] = nullptr;
+        header["at"] = nullptr;
+        if (contact) {
+            const ContactState& state = skin_->contacts().front();
+            const Vector3 at = state.at.point + state.displacement;
+            header["force"] = {state.force.x(), state.force.y(), state.force.z()};
+            header["at"] = {at.x(), at.y(), at.z()};
+        }
+        Parcel parcel(std::move(header));
+        parcel.add("vertices", vertices);
+        parcel.add("levels", levels);
+        parcel.add("displacement", displacement);
+        newest_ = parcel_message(parcel.bytes(), name());
+        stage_.broadcast(*newest_);
+        if (contact) {
+            displacement_ = Block::Zero(stage_.vertex_count(), 3);
+            for (std::size_t i = 0; i < vertices.size(); ++i)
+                displacement_.row(vertices[i]) = displacement.row(static_cast<Eigen::Index>(i));
+        }
+        const bool at_rest = !held_ && domain.empty();
+        moving_ = !at_rest;
+        if (at_rest) stage_.state_changed();
+        return at_rest;
+    }
+
+    std::optional<Contact> held_;
+    bool moving_ = false;        // a job is running or waiting
+    bool press_begins_ = false;  // since the last step
+    long step_of_press_ = 0;
+    long last_held_step_ = 0;
+    long asked_ = 0;
+    ContactPath path_;
+    Block displacement_;  // the newest while something touched
+    std::optional<Outgoing> newest_;
+    // Of the solver thread alone.
+    std::optional<TouchedSurface> skin_;
+};
+
+}  // namespace
+
+std::unique_ptr<Task> make_poke_task(Stage& stage) {
+    return std::make_unique<PokeTask>(stage);
+}
+
+}  // namespace beltrami::view

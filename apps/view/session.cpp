@@ -1,0 +1,256 @@
+#include "session.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "parcel.hpp"
+#include "scene.hpp"
+#include "task.hpp"
+
+namespace beltrami::view {
+
+namespace {
+
+// Of files that were asked for and wait to be fetched.
+constexpr std::size_t most_files = 4;
+
+nlohmann::json refused(const Error& error) {
+    return {{"kind", "refused"}, {"what", error.what()}, {"hint", error.hint()}};
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+    std::ifstream stream(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+}  // namespace
+
+class Session::Implementation {
+  public:
+    Implementation(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian, SessionOptions options)
+        : options_(std::move(options)),
+          stage_{.mesh = mesh, .report = report, .laplacian = laplacian, .argument = options_.argument, .scratch = options_.scratch},
+          shown_(shown(mesh, mesh.vertex_count())),
+          worker_([this](const std::string& task, const ProgressReport& report) { tell_progress(task, report); }) {
+        stage_.worker = &worker_;
+        stage_.broadcast = [this](Outgoing message) {
+            if (voice_.broadcast) voice_.broadcast(std::move(message));
+        };
+        stage_.state_changed = [this] { stage_.broadcast(text_message(state(), "state")); };
+        for (const auto make : {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
+            tasks_.push_back(make(stage_));
+        mesh_message_ = parcel_message(
+            mesh_parcel(shown_, std::filesystem::path(options_.argument).filename().string(), mesh, report));
+    }
+
+    [[nodiscard]] ServerHandlers handlers() {
+        ServerHandlers handlers;
+        handlers.opened = [this](ClientId client) { opened(client); };
+        handlers.closed = [this](ClientId client) { closed(client); };
+        handlers.text = [this](ClientId client, std::string_view text) { take(client, text); };
+        handlers.file = [this](std::string_view name) { return file(name); };
+        if (options_.binary)
+            handlers.binary = [this](ClientId, std::string_view bytes) { options_.binary(bytes); };
+        return handlers;
+    }
+
+    void speak_through(Voice voice) { voice_ = std::move(voice); }
+
+  private:
+    void opened(ClientId client) {
+        const std::lock_guard lock(stage_.mutex);
+        pages_.insert(client);
+        voice_.send(client, mesh_message_);
+        if (!options_.greeting.empty()) {
+            voice_.send(client, {std::make_shared<const std::string>(options_.greeting)});
+            return;
+        }
+        voice_.send(client, text_message(state()));
+        for (const auto& task : tasks_) {
+            for (const Outgoing& message : task->newest())
+                voice_.send(client, message);
+        }
+    }
+
+    // A finger does not stay on the surface when its page is gone.
+    void closed(ClientId client) {
+        const std::lock_guard lock(stage_.mutex);
+        pages_.erase(client);
+        if (!pages_.empty()) return;
+        for (const auto& task : tasks_)
+            task->leave();
+        worker_.resume();
+    }
+
+    void take(ClientId client, std::string_view text) {
+        const std::lock_guard lock(stage_.mutex);
+        try {
+            const Request request(text);
+            dispatch(client, request);
+            // A finger moves sixty times a second and changes nothing that a page must know before it lets go.
+            if (request.name() != "poke.hold") stage_.state_changed();
+        } catch (const Error& error) {
+            voice_.send(client, text_message(refused(error)));
+        }
+    }
+
+    void dispatch(ClientId client, const Request& request) {
+        const std::string& name = request.name();
+        if (name == "task") {
+            turn_to(task_words_[request.word("task", task_words_)]);
+        } else if (name == "field") {
+            const Field& field = stage_.mesh.field(request.text("name"));
+            voice_.send(client, parcel_message(field_parcel(field, shown_, meaning_of(field))));
+        } else if (name == "pause") {
+            worker_.pause();
+        } else if (name == "resume") {
+            worker_.resume();
+        } else if (name == "cancel") {
+            worker_.cancel();
+        } else if (name == "run") {
+            make_room(task_);
+            current().run(request);
+        } else if (name == "clear") {
+            make_room(task_);
+            current().clear(request);
+        } else if (name == "save") {
+            save(request);
+        } else {
+            const std::string task = name.substr(0, name.find('.'));
+            for (const auto& candidate : tasks_) {
+                if (candidate->name() != task) continue;
+                make_room(task);
+                if (candidate->handle(request)) return;
+            }
+            throw InputError(fmt::format("there is no request '{}'", printable(name)), "reload the page");
+        }
+    }
+
+    // The solver takes the newest request: what runs for another task ends. Harmonics are not lost for a click.
+    void make_room(const std::string& task) {
+        const auto busy = worker_.busy_with();
+        if (!busy || *busy == "paint" || *busy == "harmonics update") return;
+        if (*busy == task && task != "heat" && task != "wave") return;
+        if (*busy == "harmonics") {
+            throw InputError("harmonics are being computed", "wait for them, or cancel them");
+        }
+        worker_.cancel();
+    }
+
+    void turn_to(const std::string& task) {
+        if (task == task_) return;
+        for (const auto& each : tasks_) {
+            if (each->name() == task_) each->leave();
+        }
+        task_ = task;
+        for (const auto& each : tasks_) {
+            if (each->name() == task_) each->enter();
+        }
+    }
+
+    Task& current() {
+        for (const auto& task : tasks_) {
+            if (task->name() == task_) return *task;
+        }
+        throw InputError("no task is chosen", "choose heat, wave, paint, poke or harmonics");
+    }
+
+    [[nodiscard]] nlohmann::json state() const {
+        nlohmann::json json = {{"kind", "state"}, {"task", task_}, {"running", nullptr}, {"command", nlohmann::json::array()}};
+        for (const auto& task : tasks_) {
+            json[task->name()] = task->state();
+            if (task->name() == task_) json["command"] = task->command();
+        }
+        if (task_ == "look") json["command"].push_back("beltrami view " + shell_word(stage_.argument));
+        if (stage_.running) json["running"] = {{"task", *stage_.running}, {"paused", worker_.paused()}};
+        return json;
+    }
+
+    void save(const Request& request) {
+        static const std::vector<std::string> formats = {"ply", "obj", "vtu", "csv"};
+        const std::string format = formats[request.word("format", formats)];
+        Saved saved = task_ == "look" ? Saved{stage_.mesh, {}, {}} : current().saved();
+        const std::string name = fmt::format("{}.{}", task_ == "look" ? "mesh" : task_, format);
+        if (format == "csv" && saved.csv.empty()) throw InputError("nothing was placed", "click on the surface");
+        saver_.post(name, [this, name, format, saved = std::move(saved)](const Progress&) {
+            nlohmann::json message = {{"kind", "saved"}, {"name", name}, {"path", "files/" + name}};
+            std::string body = saved.csv;
+            try {
+                if (format != "csv") {
+                    const std::filesystem::path path = stage_.scratch / name;
+                    // OBJ has room for a colour only.
+                    const bool holds = format != "obj" || (saved.fields.size() == 1 && saved.fields[0].name == "color");
+                    write_mesh(path, saved.mesh, holds ? saved.fields : Fields{});
+                    body = bytes_of(path);
+                    std::filesystem::remove(path);
+                }
+            } catch (const Error& error) {
+                message = refused(error);
+            }
+            const std::lock_guard lock(stage_.mutex);
+            if (files_.size() >= most_files && !files_.contains(name)) files_.erase(files_.begin());
+            if (message["kind"] == "saved") files_.insert_or_assign(name, std::move(body));
+            stage_.broadcast(text_message(message));
+        });
+    }
+
+    std::optional<Download> file(std::string_view name) {
+        const std::lock_guard lock(stage_.mutex);
+        const auto found = files_.find(std::string(name));
+        if (found == files_.end()) return std::nullopt;
+        return Download{name.ends_with(".csv") ? "text/csv" : "application/octet-stream", found->second};
+    }
+
+    // From the solver thread.
+    void tell_progress(const std::string& task, const ProgressReport& report) {
+        stage_.broadcast(text_message({{"kind", "progress"},
+                                       {"task", task.substr(0, task.find(' '))},
+                                       {"phase", report.phase},
+                                       {"fraction", report.fraction}},
+                                      "progress"));
+    }
+
+    static std::string printable(const std::string& text) {
+        std::string result = text.substr(0, 40);
+        for (char& c : result) {
+            if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) > 126) c = '?';
+        }
+        return result;
+    }
+
+    inline static const std::vector<std::string> task_words_ = {"look", "heat", "wave", "paint", "poke", "harmonics"};
+
+    SessionOptions options_;
+    Stage stage_;
+    Shown shown_;
+    Outgoing mesh_message_;
+    std::vector<std::unique_ptr<Task>> tasks_;
+    std::string task_ = "look";
+    std::set<ClientId> pages_;
+    std::map<std::string, std::string> files_;
+    Voice voice_;
+    // Their threads use all of the above.
+    Worker saver_;
+    Worker worker_;
+};
+
+Session::Session(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian, SessionOptions options)
+    : implementation_(std::make_unique<Implementation>(mesh, report, laplacian, std::move(options))) {}
+
+Session::~Session() = default;
+
+ServerHandlers Session::handlers() {
+    return implementation_->handlers();
+}
+
+void Session::speak_through(Voice voice) {
+    implementation_->speak_through(std::move(voice));
+}
+
+}  // namespace beltrami::view
