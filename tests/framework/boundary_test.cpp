@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "beltrami/framework/error.hpp"
+#include "beltrami/framework/mesh_report.hpp"
 #include "beltrami/framework/shapes.hpp"
 
 namespace beltrami {
@@ -47,6 +49,27 @@ TEST(BoundaryVertices, DegenerateCellsDoNotCloseAGap) {
     const Points points{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0, 0}};
     const Mesh mesh(points, Cells{{0, 1, 2}, {0, 2, 3}, {0, 4, 1}});
     EXPECT_EQ(boundary_vertices(mesh), (std::vector<Index>{0, 1, 2, 3}));
+}
+
+TEST(BoundaryTriangles, OfASolidLookOutward) {
+    const Mesh ball = shapes::tetrahedral_ball(6);
+    Cells cells = ball.cells();
+    for (Eigen::Index c = 0; c < cells.rows(); c += 3)
+        std::swap(cells(c, 1), cells(c, 2));  // inverted tetrahedra
+    for (const Mesh& mesh : {ball, Mesh(ball.points(), cells)}) {
+        const Cells skin = boundary_triangles(mesh);
+        EXPECT_EQ(skin.rows(), 2 * 6 * 6 * 6);
+        const MeshReport found = report(Mesh(ball.points(), skin));
+        EXPECT_EQ(found.boundary_edges, 0);
+        EXPECT_EQ(found.turned_edges, 0);
+        for (const auto& triangle : skin.rowwise()) {
+            const Vector3 p = ball.points().row(triangle[0]);
+            const Vector3 q = ball.points().row(triangle[1]);
+            const Vector3 r = ball.points().row(triangle[2]);
+            ASSERT_GT((q - p).cross(r - p).dot(p), 0.0);
+        }
+    }
+    EXPECT_THROW(boundary_triangles(shapes::icosphere(1)), InputError);
 }
 
 }  // namespace
