@@ -5,7 +5,8 @@ include(CMakePackageConfigHelpers)
 foreach(room framework operators solvers apps)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/${room}/" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/beltrami/${room}"
     FILES_MATCHING PATTERN "*.hpp"
-    PATTERN "formats" EXCLUDE PATTERN "shapes" EXCLUDE PATTERN "program" EXCLUDE PATTERN "beltrami.hpp" EXCLUDE
+    PATTERN "formats" EXCLUDE PATTERN "shapes" EXCLUDE PATTERN "program" EXCLUDE PATTERN "view" EXCLUDE
+    PATTERN "beltrami.hpp" EXCLUDE
     PATTERN "rasterizer.hpp" EXCLUDE PATTERN "lettering.hpp" EXCLUDE PATTERN "sheet.hpp" EXCLUDE
     PATTERN "ticks.hpp" EXCLUDE PATTERN "supernodal_kernels*.hpp" EXCLUDE PATTERN "supernodal_factor.hpp" EXCLUDE
     PATTERN "chebyshev.hpp" EXCLUDE PATTERN "flush_to_zero.hpp" EXCLUDE PATTERN "row_range.hpp" EXCLUDE

@@ -5,7 +5,7 @@
 # docs/architecture.md are enforced by the compiler.
 function(beltrami_room room)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp)
-  list(FILTER sources EXCLUDE REGEX "/program/|/command\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "/program/|/view/|/command\\.cpp$")
   set(includes "${PROJECT_BINARY_DIR}/include/${room}")
   file(MAKE_DIRECTORY "${includes}/beltrami")
   if(NOT EXISTS "${includes}/beltrami/${room}")

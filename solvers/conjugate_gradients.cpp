@@ -307,6 +307,9 @@ CgResult conjugate_gradients(const Product& apply, const Vector& inverse_diagona
         }
         rz = next;
         all_done = check(false);
+        const double monitored = errors.maxCoeff();
+        const bool estimated = monitored < std::numeric_limits<double>::max();
+        result.history.push_back(estimated ? monitored : std::numeric_limits<double>::quiet_NaN());
         if (all_done) break;
         if (options.preconditioner) {
             // Without the Ritz values, which fall while they converge.

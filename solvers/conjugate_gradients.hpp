@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "beltrami/framework/progress.hpp"
 #include "beltrami/framework/types.hpp"
@@ -37,6 +38,7 @@ struct CgResult {
     double relative_residual =
         0.0;                       ///< scaled by `inverse_diagonal`, from a fresh residual, the worst column
     std::size_t memory_bytes = 0;  ///< of the work fields
+    std::vector<double> history;   ///< as LinearSummary::history
 };
 
 /// Solves A x = b for the rows that are not held. b: n x k. x: n x k, on entry the start (held rows at their values).

@@ -283,6 +283,7 @@ void LinearSolver::iterate(CgOptions options, const Block& b, const std::vector<
         const CgResult result = conjugate_gradients(product_, inverse_diagonal_, held, b, x, options);
         options.max_iterations -= result.iterations;
         summary.iterations += result.iterations;
+        summary.history.insert(summary.history.end(), result.history.begin(), result.history.end());
         summary.products += result.products;
         summary.memory_bytes = std::max(summary.memory_bytes, result.memory_bytes);
         summary.reason = result.reason;
@@ -328,6 +329,7 @@ void LinearSolver::refine(const Block& b, const std::vector<Index>& held, Block&
                                                       x.cwiseAbs().colwise().maxCoeff().transpose());
         report(options_.progress, "refining", -1.0);
         summary.error = bilaplacian ? change : summary.relative_residual;
+        if (pass > 0) summary.history.push_back(summary.error);
         const bool reached = bilaplacian ? pass > 0 && change <= options_.tolerance
                                          : summary.relative_residual <= options_.tolerance;
         summary.iterations += pass > 0 ? 1 : 0;

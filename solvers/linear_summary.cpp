@@ -76,6 +76,7 @@ void LinearSummary::add(const LinearSummary& later) {
     solver = later.solver;
     why = later.why;
     norm = later.norm;
+    history = later.history;
     if (!later.converged) {
         converged = false;
         reason = later.reason;

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "beltrami/framework/types.hpp"
 
@@ -44,14 +45,17 @@ struct LinearSummary {
     double setup_seconds = 0.0;
     double solve_seconds = 0.0;
     std::size_t memory_bytes = 0;  ///< of the factor, or of the work fields
+    /// The error in `norm` after each iteration of the last solve, the largest of the columns, as the solver itself saw it: by
+    /// recurrences, where `error` may be computed afresh. NaN where there is no estimate yet (the first of energy_error).
+    std::vector<double> history = {};
 
     /// "cg: 98 iterations to 9.1e-11 (scaled residual) for 34835 unknowns x 1 in 0.21 s".
     [[nodiscard]] std::string brief() const;
     /// A line for each fact.
     [[nodiscard]] std::string full() const;
 
-    /// Adds a later solve: counts and seconds add up, errors keep the worst, the solver is that of the later
-    /// one.
+    /// Adds a later solve: counts and seconds add up, errors keep the worst, the solver and the history are those
+    /// of the later one.
     void add(const LinearSummary& later);
 };
 

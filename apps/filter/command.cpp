@@ -2,6 +2,29 @@
 
 namespace beltrami::program {
 
+namespace {
+
+/// The gain over the frequencies that a mesh can hold.
+void draw_gain(Report* report, const FilterCurve& curve, double nyquist) {
+    if (report == nullptr) return;
+    std::vector<double> frequencies = {0.0};
+    std::vector<double> gains = {curve.points().front().gain};
+    for (const FilterCurve::Point& point : curve.points()) {
+        frequencies.push_back(point.frequency);
+        gains.push_back(point.gain);
+    }
+    if (frequencies.back() < nyquist) {
+        frequencies.push_back(nyquist);
+        gains.push_back(gains.back());
+    }
+    report->chart({.title = "filter",
+                   .across = "frequency, radians a unit of length",
+                   .up = "gain",
+                   .lines = {line_of("", frequencies, gains)}});
+}
+
+}  // namespace
+
 void add_filter(CLI::App& program, Run& run) {
     struct Options {
         std::string basis;
@@ -50,6 +73,7 @@ void add_filter(CLI::App& program, Run& run) {
         Block result;
         if (options->limited_memory) {
             const FilterCurve curve = parse_filter(options->filter, units);
+            draw_gain(run.for_report(), curve, nyquist_frequency(units.mean_edge));
             const SpectralProblem made = spectral_problem(run, mesh, options->op);
             LimitedFilterOptions limited;
             limited.cutoff = parse_frequency(options->cutoff, units);
@@ -72,6 +96,7 @@ void add_filter(CLI::App& program, Run& run) {
             units.eigenvalues = &basis.eigenvalues();
             units.mean_edge = basis.mean_edge();
             const FilterCurve curve = parse_filter(options->filter, units);
+            draw_gain(run.for_report(), curve, nyquist_frequency(units.mean_edge));
             result = run.timed("solve", [&] {
                 const HarmonicFilter filter(basis, field, run.progress());
                 run.result()["high_frequency_gain"] = filter.high_frequency_gain(curve);

@@ -1,3 +1,5 @@
+#include "beltrami/apps/spectrum/spectrum_table.hpp"
+
 #include "../program/spectral.hpp"
 
 namespace beltrami::program {
@@ -12,6 +14,23 @@ void check_space(const std::filesystem::path& folder, double bytes) {
     throw InputError(fmt::format("the basis takes {:.1f} GB and the disk of {} has {:.1f} GB left",
                                  bytes / 1e9, folder.string(), static_cast<double>(space.available) / 1e9),
                      "free some space, ask for fewer pairs, or store them with --float");
+}
+
+/// The lowest functions, and the spectrum.
+void gather(Report& report, const StoredBasis& basis, const Mesh& mesh, double measure) {
+    constexpr Index most_functions = 12;
+    for (Index k = 0; k < std::min(basis.count(), most_functions); ++k)
+        report.also_show({{fmt::format("function-{}", k), basis.function(k)}});
+    const SpectrumTable table = spectrum_table(basis, measure, mesh.kind(), nullptr);
+    for (const Chart& chart : spectrum_charts(table, "spectrum"))
+        report.chart(chart);
+    const Eigen::Index n = table.frequencies.size();
+    report.chart({.title = "frequencies",
+                  .across = "number",
+                  .up = "radians a unit of length",
+                  .lines = {{.name = {},
+                             .x = Vector::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
+                             .y = table.frequencies}}});
 }
 
 }  // namespace
@@ -117,10 +136,11 @@ void add_harmonics(CLI::App& program, Run& run) {
                                        {"max_orthogonality_error", basis.max_orthogonality_error()}};
         run.result()["count"] = basis.count();
         run.wrote(options->folder);
-        if (run.wants_picture() && basis.count() > 0) {
+        if ((run.wants_picture() || run.wants_report()) && basis.count() > 0) {
             const Index shown = options->shown.value_or(basis.count() - 1);
             run.write(mesh, {{fmt::format("function-{}", shown), basis.function(shown)}});
         }
+        if (Report* const report = run.for_report()) gather(*report, basis, mesh, run.mesh_report().measure);
         run.finish();
     });
 }

@@ -12,7 +12,8 @@ void add_info(CLI::App& program, Run& run) {
         run.load_mesh();
         const MeshReport& found = run.mesh_report();
         if (*json) {
-            fmt::print("{}\n", to_json(found).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+            fmt::print("{}\n",
+                       view::to_json(found).dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
         } else {
             fmt::print("{}", full_report(found));
         }

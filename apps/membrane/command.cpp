@@ -1,3 +1,5 @@
+#include <numeric>
+
 #include "../program/moving.hpp"
 #include "../program/region.hpp"
 
@@ -56,6 +58,14 @@ void add_membrane(CLI::App& program, Run& run) {
             result = membrane(mesh, laplacian, moving, shrinking);
         });
         run.record(result.summary);
+        if (Report* const report = run.for_report()) {
+            std::vector<double> numbers(result.areas.size());
+            std::iota(numbers.begin(), numbers.end(), 0.0);
+            report->chart({.title = "area of the region",
+                           .across = "step",
+                           .up = "area",
+                           .lines = {line_of("", numbers, result.areas)}});
+        }
         const std::size_t steps = result.areas.size() - 1;
         run.say("region", fmt::format("{} of {} vertices may move", moving.size(), mesh.vertex_count()));
         run.say("flow", fmt::format("{} steps to time {:.3g}, {}; area of the region from {:.6g} to {:.6g}",

@@ -1,6 +1,7 @@
 #include "beltrami/apps/nodal/nodal.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "../program/spectral.hpp"
 
@@ -29,6 +30,34 @@ Mesh all_lines(const std::vector<NodalLines>& found, const std::vector<Index>& f
         first += points;
     }
     return {joined.points(), joined.cells(), {{"line", line}, {"function", function}}};
+}
+
+/// Nodal domains and lengths of the functions, with the bound on the number of domains.
+void gather(Report& report, const std::vector<NodalLines>& found, const std::vector<Index>& functions) {
+    std::vector<std::size_t> order(functions.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return functions[a] < functions[b]; });
+    std::vector<double> numbers;
+    std::vector<double> domains;
+    std::vector<double> bounds;
+    std::vector<double> lengths;
+    for (const std::size_t i : order) {
+        numbers.push_back(functions[i]);
+        domains.push_back(found[i].domains);
+        bounds.push_back(functions[i] + 1.0);
+        lengths.push_back(found[i].lines.length);
+    }
+    ChartLine courant = line_of("Courant's bound", numbers, bounds);
+    courant.dashed = true;
+    report.chart({.title = "nodal domains",
+                  .across = "function",
+                  .up = "domains",
+                  .lines = {line_of("domains", numbers, domains), courant}});
+    report.chart({.title = "length of the lines",
+                  .across = "function",
+                  .up = "length",
+                  .lines = {line_of("", numbers, lengths)}});
 }
 
 }  // namespace
@@ -89,6 +118,7 @@ void add_nodal(CLI::App& program, Run& run) {
         run.result()["functions"] = entries;
         run.result()["length"] = length;
         run.result()["lines"] = count;
+        if (Report* const report = run.for_report()) gather(*report, found, options->functions);
         const Mesh lines = all_lines(found, options->functions);
         run.write(lines, lines.fields(), [&](PictureOptions picture) {
             if (found.size() > 1) {

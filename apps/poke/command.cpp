@@ -85,6 +85,39 @@ Block domain_field(const ActiveDomain& domain, const Renumbering& order) {
     return field;
 }
 
+/// What the report's charts are of, a number for each step.
+struct History {
+    std::vector<double> times;
+    std::vector<double> active;
+    std::vector<double> milliseconds;
+    std::vector<double> energy;
+    std::vector<std::vector<double>> forces;  // of each contact
+
+    void add(const PokeStep& step) {
+        times.push_back(step.time);
+        active.push_back(static_cast<double>(step.local.active));
+        milliseconds.push_back(1e3 * step.local.seconds);
+        energy.push_back(step.local.energy);
+        forces.resize(step.contacts.size());
+        for (std::size_t i = 0; i < forces.size(); ++i)
+            forces[i].push_back(step.contacts[i].force.norm());
+    }
+
+    void draw(Report& report) const {
+        std::vector<ChartLine> lines;
+        for (std::size_t i = 0; i < forces.size(); ++i)
+            lines.push_back(
+                line_of(forces.size() == 1 ? std::string() : fmt::format("contact {}", i), times, forces[i]));
+        report.chart({.title = "force", .across = "time", .up = "force", .lines = lines});
+        const auto chart = [&](const char* title, const char* up, const std::vector<double>& values) {
+            report.chart({.title = title, .across = "time", .up = up, .lines = {line_of("", times, values)}});
+        };
+        chart("size of the domain", "active vertices", active);
+        chart("time of each step", "milliseconds", milliseconds);
+        chart("energy", "energy", energy);
+    }
+};
+
 struct Moment {
     double time = 0.0;
     double energy = -1.0;
@@ -180,8 +213,15 @@ void add_poke(CLI::App& program, Run& run) {
 
         std::string log = log_header(paths.size());
         Moment fullest;
+        Report* const report = run.for_report();
+        History history;
         poke_options.on_step = [&](const PokeStep& step) {
             append_log(log, step);
+            if (report != nullptr) {
+                history.add(step);
+                report->moment("displacement", /*displaced=*/true, step.time,
+                               [&] { return order.to_user(step.motion.u()); });
+            }
             const bool in_series = series && (step.step - 1) % options->every == 0;
             // Copies of whole fields are made for few steps: the energy must have grown by a tenth.
             const bool is_fullest = run.wants_picture() && step.local.energy > 1.1 * fullest.energy;
@@ -252,6 +292,10 @@ void add_poke(CLI::App& program, Run& run) {
         }
         write_log();
         if (series) run.wrote(options->series);
+        if (report != nullptr) {
+            report->last_moment(history.times.back(), result.displacement);
+            history.draw(*report);
+        }
         run.write(mesh.with_points(mesh.points() + result.displacement),
                   {{"displacement", result.displacement}}, [&](PictureOptions picture) {
                       picture.width /= 2;

@@ -29,7 +29,7 @@ int run_program(int argc, char** argv) {
     program.require_subcommand(1);
     program.footer("beltrami COMMAND --help tells a command's options.\nBuilt-in shapes, for MESH:\n" +
                    shapes::list());
-    Run run;
+    Run run({argv, argv + argc});
     cancel_on_signal(run.cancellable());
     add_info(program, run);
     add_heat(program, run);

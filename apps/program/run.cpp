@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "beltrami/apps/picture/camera.hpp"
+#include "view/page.hpp"
 
 namespace beltrami::program {
 
@@ -32,6 +33,19 @@ std::string range_text(const Field& field) {
     }
     const Vector lengths = field.values.rowwise().norm();
     return fmt::format("{} of length {:.6g} to {:.6g}", field.name, lengths.minCoeff(), lengths.maxCoeff());
+}
+
+Chart convergence(const LinearSummary& solver) {
+    const auto n = static_cast<Eigen::Index>(solver.history.size());
+    const Vector iterations = Vector::LinSpaced(n, 1.0, static_cast<double>(n));
+    return {
+        .title = fmt::format("convergence of the last solve, by {}", solver.solver),
+        .across = "iteration",
+        .up = std::string(name(solver.norm)),
+        .logarithmic = true,
+        .lines = {
+            {.name = "error", .x = iterations, .y = Eigen::Map<const Vector>(solver.history.data(), n)},
+            {.name = "tolerance", .x = iterations, .y = Vector::Constant(n, solver.tolerance), .dashed = true}}};
 }
 
 std::atomic<Progress*> cancelled_by_signal = nullptr;
@@ -87,7 +101,7 @@ class Run::ProgressDisplay {
     Stopwatch watch_;
 };
 
-Run::Run() {
+Run::Run(const std::vector<std::string>& words) : command_line_(shell_line(words)) {
     display_ = std::make_unique<ProgressDisplay>();
     progress_ = std::make_unique<Progress>([this](const ProgressReport& report) {
         if (!quiet_) display_->show(report);
@@ -126,6 +140,15 @@ void Run::add_options(CLI::App& command, Wants wants) {
             ->option_text("LOW,HIGH");
     }
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
+    command
+        .add_option("--report", report_file_,
+                    "one page with the interactive mesh, its fields, charts and the summary; opens offline")
+        ->option_text("FILE.html");
+    command
+        .add_option("--report-vertices", report_vertices_,
+                    "the most vertices that the report draws; larger meshes are clustered (default: 200000)")
+        ->check(CLI::Range(Index{1}, std::numeric_limits<Index>::max()))
+        ->option_text("N");
     command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
     if (wants.solver) {
         std::vector<std::string> solvers;
@@ -166,6 +189,12 @@ void Run::check_outputs() const {
         camera_from(view_.view, view_.up);  // throws for a direction that is not one
     }
     if (!summary_file_.empty()) check_writable(summary_file_);
+    if (wants_report()) {
+        view::require_page("--report");
+        check_writable(report_file_);
+        if (!report_file_.ends_with(".html"))
+            throw InputError("--report " + report_file_ + " is not a .html", "name it FILE.html");
+    }
     for (const OtherOutput& other : other_outputs_)
         check_writable(other.path);
     if (!range_.empty() && !(range_[0] < range_[1] && std::isfinite(range_[1] - range_[0]))) {
@@ -186,6 +215,7 @@ void Run::check_outputs() const {
     add(output_, "-o");
     add(picture_, "--picture");
     add(summary_file_, "--summary");
+    add(report_file_, "--report");
     for (const OtherOutput& other : other_outputs_)
         add(other.path, other.option);
 }
@@ -193,8 +223,8 @@ void Run::check_outputs() const {
 Mesh Run::load_mesh() {
     summary_["command"] = command_;
     summary_["version"] = BELTRAMI_VERSION;
-    if (wants_output_ && output_.empty() && picture_.empty() && other_outputs_.empty()) {
-        throw InputError("nothing would be written", "say where to with -o OUT.ply");
+    if (wants_output_ && output_.empty() && picture_.empty() && other_outputs_.empty() && !wants_report()) {
+        throw InputError("nothing would be written", "say where to with -o OUT.ply or --report FILE.html");
     }
     check_outputs();
     if (threads_ < 0) throw InputError(fmt::format("{} threads", threads_), "use one or more");
@@ -208,16 +238,23 @@ Mesh Run::load_mesh() {
     }
     summary_["threads"] = omp_get_max_threads();
 
+    constexpr std::string_view shape = "shape:";
     Mesh mesh = timed("read", [&] {
-        constexpr std::string_view shape = "shape:";
         return mesh_argument_.starts_with(shape)
                    ? shapes::from_name(std::string_view(mesh_argument_).substr(shape.size()))
                    : read_mesh(mesh_argument_);
     });
     mesh_report_ = timed("report", [&] { return report(mesh); });
     const MeshReport& found = mesh_report_;
-    summary_["mesh"] = to_json(found);
+    summary_["mesh"] = view::to_json(found);
     summary_["mesh"]["source"] = mesh_argument_;
+    if (wants_report()) {
+        const std::string name = mesh_argument_.starts_with(shape)
+                                     ? mesh_argument_
+                                     : std::filesystem::path(mesh_argument_).filename().string();
+        report_ =
+            timed("report", [&] { return std::make_unique<Report>(mesh, name, found, report_vertices_); });
+    }
     say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));
     for (const std::string& note : mesh.notes())
         say("", note);
@@ -312,6 +349,7 @@ void Run::record(const LinearSummary& solver) {
                           {"setup_seconds", solver.setup_seconds},
                           {"solve_seconds", solver.solve_seconds},
                           {"memory_bytes", solver.memory_bytes}};
+    if (report_ && !solver.history.empty()) report_->chart(convergence(solver));
     say("solver", fmt::format("{}; chosen: {}", solver.brief(), solver.why));
     if (verbose_) fmt::print("{}", solver.full());
 }
@@ -335,6 +373,7 @@ void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) 
         }
         say("result", range_text(field));
     }
+    if (report_) report_->show(mesh, fields);
     if (!output_.empty()) {
         timed("write", [&] { write_mesh(output_, mesh, fields); });
         wrote(output_);
@@ -352,13 +391,25 @@ void Run::write(const Mesh& mesh, const Fields& fields, const Drawing& drawing) 
 
 void Run::finish() {
     display_->clear();
+    if (report_) {
+        summary_["report"] = timed("write", [&] { return report_->pack(progress()); });
+        for (const std::string& note : report_->notes())
+            say("report", note);
+        summary_["outputs"].push_back(report_file_);
+    }
     summary_["seconds"]["total"] = watch_.seconds();
     summary_["peak_memory_bytes"] = peak_memory_bytes();
-    if (summary_file_.empty()) return;
-    // dump() throws on a file name that is not UTF-8 unless told to replace it.
-    const std::string text = summary_.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
-    write_whole(summary_file_, [&](std::ostream& out) { out << text << '\n'; });
-    say("wrote", summary_file_);
+    if (!summary_file_.empty()) {
+        // dump() throws on a file name that is not UTF-8 unless told to replace it.
+        const std::string text = summary_.dump(2, ' ', false, nlohmann::json::error_handler_t::replace);
+        write_whole(summary_file_, [&](std::ostream& out) { out << text << '\n'; });
+        say("wrote", summary_file_);
+    }
+    if (report_) {
+        progress_->check();
+        report_->write(report_file_, command_line_, summary_);
+        say("wrote", report_file_);
+    }
 }
 
 void add_term_weights(CLI::App& command, TermWeights& weights) {
@@ -379,46 +430,6 @@ void add_free_components(CLI::App& command, bool& keep) {
             "components without a fixed vertex: refuse, or keep at zero (default: refuse)")
         ->check(CLI::IsMember({"refuse", "keep"}))
         ->option_text("POLICY");
-}
-
-nlohmann::json to_json(const MeshReport& report) {
-    nlohmann::json json = {{"kind", plural(report.kind)},
-                           {"vertices", report.vertices},
-                           {"edges", report.edges},
-                           {"faces", report.faces},
-                           {"cells", report.cells},
-                           {"components", report.components},
-                           {"isolated_vertices", report.isolated_vertices},
-                           {"boundary_edges", report.boundary_edges},
-                           {"boundary_loops", report.boundary_loops},
-                           {"boundary_faces", report.boundary_faces},
-                           {"boundary_vertices", report.boundary_vertices},
-                           {"non_manifold_edges", report.non_manifold_edges},
-                           {"non_manifold_vertices", report.non_manifold_vertices},
-                           {"turned_edges", report.turned_edges},
-                           {"duplicate_cells", report.duplicate_cells},
-                           {"repeated_positions", report.repeated_positions},
-                           {"degenerate_cells", report.degenerate_cells},
-                           {"sliver_cells", report.sliver_cells},
-                           {"inverted_cells", report.inverted_cells},
-                           {"non_delaunay_edges", report.non_delaunay_edges},
-                           {"manifold", report.manifold},
-                           {"orientable", report.orientable},
-                           {"euler_characteristic", report.euler_characteristic},
-                           {"genus", nullptr},
-                           {"smallest_angle", report.smallest_angle},
-                           {"largest_angle", report.largest_angle},
-                           {"shortest_edge", report.shortest_edge},
-                           {"mean_edge", report.mean_edge},
-                           {"longest_edge", report.longest_edge},
-                           {"measure", report.measure},
-                           {"lower", report.lower},
-                           {"upper", report.upper},
-                           {"fields", report.field_names},
-                           {"notes", report.notes},
-                           {"memory_bytes", report.memory_bytes}};
-    if (report.genus) json["genus"] = *report.genus;
-    return json;
 }
 
 }  // namespace beltrami::program

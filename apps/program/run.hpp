@@ -16,10 +16,11 @@
 
 #include "beltrami/beltrami.hpp"
 #include "beltrami/framework/stopwatch.hpp"
+#include "report.hpp"
 
 namespace beltrami::program {
 
-/// What a command has besides MESH, --summary, --threads, --quiet and --verbose.
+/// What a command has besides MESH, --summary, --report, --threads, --quiet and --verbose.
 struct Wants {
     bool output = true;    ///< -o with fields, and a picture
     bool solver = true;    ///< which, and its tolerance
@@ -28,7 +29,8 @@ struct Wants {
 
 class Run {
   public:
-    Run();
+    /// words: the command line as typed, the program's name first.
+    explicit Run(const std::vector<std::string>& words);
     Run(const Run&) = delete;
     Run& operator=(const Run&) = delete;
     ~Run();
@@ -68,7 +70,10 @@ class Run {
     /// `drawing` makes another), and says so. Throws SolveError, with nothing written, for a value that is not finite.
     void write(const Mesh& mesh, const Fields& fields, const Drawing& drawing = {});
     [[nodiscard]] bool wants_picture() const { return !picture_.empty(); }
-    /// Writes --summary. The last thing a command does.
+    [[nodiscard]] bool wants_report() const { return !report_file_.empty(); }
+    /// What to gather for --report, once the mesh is loaded; nullptr without it. write() and record() do their part.
+    [[nodiscard]] Report* for_report() { return report_.get(); }
+    /// Writes --report and --summary. The last thing a command does.
     void finish();
 
     [[nodiscard]] bool verbose() const { return verbose_; }
@@ -105,6 +110,9 @@ class Run {
     PictureOptions view_;
     std::vector<double> range_;
     std::string summary_file_;
+    std::string report_file_;
+    Index report_vertices_ = 200000;
+    std::string command_line_;
     std::string solver_ = "auto";
     double tolerance_ = 1e-10;
     int max_iterations_ = 0;
@@ -123,6 +131,7 @@ class Run {
     std::vector<OtherOutput> other_outputs_;
     Stopwatch watch_;
     MeshReport mesh_report_;
+    std::unique_ptr<Report> report_;
     nlohmann::json summary_;
 };
 
@@ -143,9 +152,6 @@ void add_free_components(CLI::App& command, bool& keep);
 inline FreeComponents free_components(bool keep) {
     return keep ? FreeComponents::keep_at_zero : FreeComponents::refuse;
 }
-
-/// The report as JSON, keys as the fields of MeshReport.
-nlohmann::json to_json(const MeshReport& report);
 
 // Every command in a line.
 void add_info(CLI::App& program, Run& run);

@@ -102,12 +102,19 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
     if (!options.series.empty()) series.emplace(options.series);
     const Mesh bare(mesh.points(), mesh.cells());  // the file's own fields are in -o only, not in every step
     Sheet sheet(evolve.steps);
-    if (series || run.wants_picture()) {
+    Report* const report = run.for_report();
+    std::vector<double> times;
+    std::vector<double> energies;
+    if (series || run.wants_picture() || report != nullptr) {
         evolve.on_frame = [&](const Frame& frame) {
             if (series && (frame.step % options.every == 0 || frame.step == evolve.steps)) {
                 series->add(frame.time, bare, {{"u", frame.u}});
             }
             if (run.wants_picture()) sheet.add(frame);
+            if (report == nullptr) return;
+            times.push_back(frame.time);
+            energies.push_back(frame.energy);
+            report->moment("u", /*displaced=*/false, frame.time, [&] { return frame.u; });
         };
     }
     const Evolution evolution = run.timed("solve", [&] {
@@ -127,6 +134,11 @@ void run_simulation(Run& run, const SimulateOptions& options, const Mesh& mesh, 
     run.result()["energy_before"] = evolution.energy_before;
     run.result()["energy_after"] = evolution.energy_after;
     if (series) run.wrote(options.series);
+    if (report != nullptr) {
+        report->last_moment(times.back(), evolution.u);
+        report->chart(
+            {.title = "energy", .across = "time", .up = "energy", .lines = {line_of("", times, energies)}});
+    }
     run.write(mesh, {{"u", evolution.u}},
               [&](const PictureOptions& picture) { return sheet.draw(mesh, picture); });
     run.finish();

@@ -166,6 +166,44 @@ Fields signature(Run& run, const Mesh& mesh, const StoredBasis& basis, const Opt
     });
 }
 
+/// Of signatures and states: the least, mean and greatest value over the vertices, along times or energies. Of distances: the
+/// share of the vertices that are within each.
+Chart chart_of(const Options& options, const Fields& fields, const nlohmann::json& result) {
+    const auto along = result.find(options.kind == "wks" ? "energies" : "times");
+    if (options.kind == "diffusion" || along == result.end()) {
+        Vector distances = fields.front().values.reshaped();
+        std::sort(distances.begin(), distances.end());
+        const Eigen::Index n = distances.size();
+        return {
+            .title = "vertices within a distance",
+            .across = options.kind + " distance",
+            .up = "share of the vertices",
+            .lines = {
+                {.name = {}, .x = distances, .y = Vector::LinSpaced(n, 1.0 / static_cast<double>(n), 1.0)}}};
+    }
+    std::vector<double> least;
+    std::vector<double> mean;
+    std::vector<double> greatest;
+    for (const Field& field : fields) {
+        // A state is a field for each time; of a signature all times are columns of one.
+        const bool whole = options.kind == "heat" || options.kind == "wave";
+        for (Eigen::Index c = 0; c < (whole ? 1 : field.values.cols()); ++c) {
+            const Block values = whole ? field.values : Block(field.values.col(c));
+            least.push_back(values.minCoeff());
+            mean.push_back(values.mean());
+            greatest.push_back(values.maxCoeff());
+        }
+    }
+    std::vector<double> x = along->get<std::vector<double>>();
+    x.resize(least.size(), x.back());
+    return {
+        .title = options.kind + " over the vertices",
+        .across = options.kind == "wks" ? "energy (logarithm of an eigenvalue)" : "time",
+        .up = options.kind,
+        .logarithmic = options.kind == "hks",
+        .lines = {line_of("least", x, least), line_of("mean", x, mean), line_of("greatest", x, greatest)}};
+}
+
 /// Up to four columns side by side, the first and the last among them.
 Image draw_columns(const Mesh& mesh, const Fields& fields, PictureOptions picture) {
     std::vector<std::pair<const Field*, Eigen::Index>> columns;
@@ -232,6 +270,7 @@ void add_signature(CLI::App& program, Run& run) {
         const StoredBasis basis = open_basis(run, options->basis, mesh);
         run.result()["kind"] = options->kind;
         const Fields fields = signature(run, mesh, basis, *options);
+        if (Report* const report = run.for_report()) report->chart(chart_of(*options, fields, run.result()));
         run.write(mesh, fields,
                   [&](const PictureOptions& picture) { return draw_columns(mesh, fields, picture); });
         run.finish();

@@ -24,9 +24,9 @@ void add_spectrum(CLI::App& program, Run& run) {
     command->add_option("-o,--output", options->output, "the table")->option_text("SPECTRUM.csv");
     command->add_option("--picture", options->picture, "the chart")->option_text("FILE.png");
     command->callback([&run, options] {
-        if (options->output.empty() && options->picture.empty())
+        if (options->output.empty() && options->picture.empty() && !run.wants_report())
             throw InputError("nothing would be written",
-                             "say where to with -o SPECTRUM.csv or --picture FILE.png");
+                             "say where to with -o SPECTRUM.csv, --picture FILE.png or --report FILE.html");
         if (!options->output.empty()) run.also_writes(options->output, "-o");
         if (!options->picture.empty()) {
             run.also_writes(options->picture, "--picture");
@@ -62,9 +62,13 @@ void add_spectrum(CLI::App& program, Run& run) {
             write_whole(options->output, [&](std::ostream& out) { out << to_csv(table); });
             run.wrote(options->output);
         }
+        const std::string title =
+            options->on.empty() ? std::string("spectrum") : "spectrum, and " + options->on + " in it";
+        if (Report* const report = run.for_report()) {
+            for (const Chart& chart : spectrum_charts(table, title))
+                report->chart(chart);
+        }
         if (!options->picture.empty()) {
-            const std::string title =
-                options->on.empty() ? std::string("spectrum") : "spectrum, and " + options->on + " in it";
             run.timed("write", [&] { write_picture(options->picture, draw_spectrum(table, title)); });
             run.wrote(options->picture);
         }

@@ -74,26 +74,32 @@ std::string to_csv(const SpectrumTable& table) {
     return text;
 }
 
-Image draw_spectrum(const SpectrumTable& table, const std::string& title) {
+std::vector<Chart> spectrum_charts(const SpectrumTable& table, const std::string& title) {
     const Eigen::Index n = table.eigenvalues.size();
     const Vector numbers = Vector::LinSpaced(n, 0.0, static_cast<double>(n - 1));
-    constexpr int width = 1000;
-    const Chart eigenvalues{.title = title,
-                            .across = "number",
-                            .up = "eigenvalue",
-                            .lines = {{.name = "eigenvalues", .x = numbers, .y = table.eigenvalues},
-                                      {.name = "Weyl's law", .x = numbers, .y = table.weyl, .dashed = true}}};
-    Image above = draw_chart(eigenvalues, width, 480);
-    if (table.amplitudes.size() == 0) return above;
+    std::vector<Chart> charts = {
+        {.title = title,
+         .across = "number",
+         .up = "eigenvalue",
+         .lines = {{.name = "eigenvalues", .x = numbers, .y = table.eigenvalues},
+                   {.name = "Weyl's law", .x = numbers, .y = table.weyl, .dashed = true}}}};
+    if (table.amplitudes.size() == 0) return charts;
     const double largest = table.amplitudes.maxCoeff();
     const Vector amplitudes = table.amplitudes / (largest > 0.0 ? largest : 1.0);
-    const Chart field{.title = {},
+    charts.push_back({.title = {},
                       .across = "number",
                       .up = "amplitude over the largest, error over the field",
                       .logarithmic = true,
                       .lines = {{.name = "amplitude", .x = numbers, .y = amplitudes},
-                                {.name = "relative error", .x = numbers, .y = table.errors}}};
-    return side_by_side({above, draw_chart(field, width, 480)}, 1);
+                                {.name = "relative error", .x = numbers, .y = table.errors}}});
+    return charts;
+}
+
+Image draw_spectrum(const SpectrumTable& table, const std::string& title) {
+    std::vector<Image> images;
+    for (const Chart& chart : spectrum_charts(table, title))
+        images.push_back(draw_chart(chart, 1000, 480));
+    return side_by_side(images, 1);
 }
 
 }  // namespace beltrami

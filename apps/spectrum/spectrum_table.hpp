@@ -6,7 +6,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "beltrami/apps/picture/chart.hpp"
 #include "beltrami/apps/picture/image.hpp"
 #include "beltrami/framework/mesh.hpp"
 #include "beltrami/solvers/spectral_signature.hpp"
@@ -35,6 +37,10 @@ SpectrumTable spectrum_table(const StoredBasis& basis, double measure, CellKind 
 /// A header line, then a line a function, numbers to the last bit: number, eigenvalue, frequency, wavelength,
 /// eigenvalue_length2 (eigenvalue_area, eigenvalue_volume23), eigenvalue_ratio, weyl and, with a field, amplitude, error.
 std::string to_csv(const SpectrumTable& table);
+
+/// Eigenvalues over their numbers with Weyl's law; with a field also its amplitude at each, over the largest, and the
+/// relative error of what is made of the functions so far.
+std::vector<Chart> spectrum_charts(const SpectrumTable& table, const std::string& title);
 
 /// Eigenvalues over their numbers with Weyl's law; below it, with a field, amplitude over that of the largest and relative
 /// error on a logarithmic axis.

@@ -1,4 +1,8 @@
 // The page that Node bundled when the program was built: one HTML file without any other.
+//
+//     write_whole("report.html", [&](std::ostream& out) {
+//         out << self_contained_page("bunny", {embedded({parcel, true}), embedded({text, false})});
+//     });
 #pragma once
 
 #include <string>
@@ -15,7 +19,17 @@ void require_page(std::string_view wanted_by);
 /// For the viewer: gets its data through the socket.
 std::string live_page();
 
-/// A page that holds its data (parcels and JSON texts, see protocol.ts) and uses no network.
-std::string self_contained_page(const std::string& title, const std::vector<std::string>& messages);
+/// A message of protocol.ts.
+struct PageMessage {
+    std::string bytes;  ///< a JSON text or a parcel
+    bool is_parcel = false;
+};
+
+/// The message as an element of a page that holds its data: base64 of the zlib stream of 'T' and the text, or of 'P', three
+/// NULs (so that the parcel's arrays start at a multiple of 4) and the parcel. May be called on several threads.
+std::string embedded(const PageMessage& message);
+
+/// A page that holds its data, each piece made by embedded(), and uses no network. `title` is plain text.
+std::string self_contained_page(std::string_view title, const std::vector<std::string>& embedded_messages);
 
 }  // namespace beltrami::view

@@ -21,7 +21,7 @@ void append(std::string& bytes, const Dense& values) {
         To number{};
         if constexpr (std::is_floating_point_v<To>) {
             constexpr double most = std::numeric_limits<float>::max();
-            number = static_cast<To>(std::clamp(value, -most, most));
+            number = static_cast<To>(std::clamp<double>(value, -most, most));
         } else {
             number = static_cast<To>(value);
         }
@@ -53,6 +53,11 @@ void Parcel::add(const std::string& name, const Points& points) {
 void Parcel::add(const std::string& name, const Vector& values) {
     place(name, "f32", static_cast<std::size_t>(values.size()));
     append<float>(arrays_, numbers_of(values.data(), values.size()));
+}
+
+void Parcel::add(const std::string& name, std::span<const float> values) {
+    place(name, "f32", values.size());
+    append<float>(arrays_, values);
 }
 
 void Parcel::add(const std::string& name, const Cells& cells) {

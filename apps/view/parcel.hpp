@@ -22,6 +22,7 @@ class Parcel {
     void add(const std::string& name, const Block& values);
     void add(const std::string& name, const Points& points);
     void add(const std::string& name, const Vector& values);
+    void add(const std::string& name, std::span<const float> values);
     /// As uint32, row after row.
     void add(const std::string& name, const Cells& cells);
     void add(const std::string& name, std::span<const Index> numbers);

@@ -1,0 +1,226 @@
+#include "report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "beltrami/framework/write_mesh.hpp"
+#include "view/page.hpp"
+
+namespace beltrami::program {
+
+namespace {
+
+// Together with the page and the largest mesh that is drawn, a file of at most about 40 MB.
+constexpr std::size_t most_bytes_of_moments = 20'000'000;
+constexpr std::size_t most_bytes_of_fields = 9'000'000;
+constexpr std::size_t most_moments = 60;
+constexpr Eigen::Index most_columns = 16;
+
+/// Fields that can be drawn: of one column, or of three that belong together.
+Fields drawable(const Field& field) {
+    const Eigen::Index columns = field.values.cols();
+    if (columns == 1 || columns == 3) return {field};
+    const Eigen::Index shown = std::min(columns, most_columns);
+    Fields parts;
+    for (Eigen::Index i = 0; i < shown; ++i) {
+        const Eigen::Index c = i * (columns - 1) / std::max<Eigen::Index>(shown - 1, 1);
+        parts.push_back({fmt::format("{}_{}", field.name, c), field.values.col(c)});
+    }
+    return parts;
+}
+
+bool is_named(const Fields& fields, const std::string& name) {
+    return std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.name == name; });
+}
+
+std::size_t bytes_of(const std::vector<std::string>& pieces) {
+    std::size_t sum = 0;
+    for (const std::string& piece : pieces)
+        sum += piece.size();
+    return sum;
+}
+
+/// Leaves every second one, from the first.
+template <class T>
+void thin(std::vector<T>& items) {
+    std::vector<T> kept;
+    for (std::size_t i = 0; i < items.size(); i += 2)
+        kept.push_back(std::move(items[i]));
+    items = std::move(kept);
+}
+
+}  // namespace
+
+Report::Report(const Mesh& mesh, std::string name, MeshReport found, Index most_vertices)
+    : mesh_(mesh),
+      name_(std::move(name)),
+      found_(std::move(found)),
+      most_vertices_(most_vertices),
+      shown_(view::shown(mesh, most_vertices)),
+      at_start_(shown_) {}
+
+void Report::show(const Mesh& mesh, const Fields& fields) {
+    if (mesh.vertex_count() == mesh_.vertex_count() && mesh.kind() == mesh_.kind() &&
+        mesh.cells() == mesh_.cells()) {
+        shown_ = view::moved(std::move(shown_), mesh.points());
+        mesh_ = mesh;
+    } else {
+        shown_ = view::shown(mesh, most_vertices_);
+        found_ = beltrami::report(mesh);
+        mesh_ = mesh;
+    }
+    also_show(fields);
+}
+
+void Report::also_show(const Fields& fields) {
+    for (const Field& field : fields) {
+        for (Field& part : drawable(field)) {
+            if (!is_named(fields_, part.name)) fields_.push_back(std::move(part));
+        }
+    }
+}
+
+void Report::chart(Chart chart) {
+    charts_.push_back(std::move(chart));
+}
+
+void Report::moment(const std::string& name, bool displaced, double time,
+                    const std::function<Block()>& values) {
+    series_ = name;
+    displaced_ = displaced;
+    if (states_++ % stride_ != 0) return;
+    keep(time, values());
+    // The number of states is not known before: when there are too many, every second one goes.
+    if (moments_.size() < most_moments) return;
+    thin(moments_);
+    stride_ *= 2;
+}
+
+void Report::last_moment(double time, const Block& values) {
+    if (states_ == 0 || (!moments_.empty() && moments_.back().time == time)) return;
+    keep(time, values);
+}
+
+void Report::keep(double time, const Block& values) {
+    const Block there = view::at_shown(values, at_start_);
+    columns_ = there.cols();
+    const BlockOf<float> floats = there.cast<float>();
+    moments_.push_back({time, std::vector<float>(floats.data(), floats.data() + floats.size())});
+}
+
+void Report::pack_mesh() {
+    embedded_.push_back(
+        view::embedded({view::mesh_parcel(shown_, name_, mesh_, found_), /*is_parcel=*/true}));
+}
+
+nlohmann::json Report::pack_fields() {
+    for (const Field& carried : mesh_.fields())
+        also_show({carried});
+    std::size_t bytes = 0;
+    nlohmann::json left_out = nlohmann::json::array();
+    for (const Field& field : fields_) {
+        if (bytes > most_bytes_of_fields) {
+            left_out.push_back(field.name);
+            continue;
+        }
+        embedded_.push_back(
+            view::embedded({view::field_parcel(field, shown_, view::meaning_of(field)), /*is_parcel=*/true}));
+        bytes += embedded_.back().size();
+    }
+    if (!left_out.empty()) {
+        notes_.push_back(fmt::format("{} of {} fields are left out of the report to keep it small",
+                                     left_out.size(), fields_.size()));
+    }
+    return left_out;
+}
+
+nlohmann::json Report::pack_moments(const Progress* progress) {
+    if (displaced_) {
+        // From the mesh that is shown, which the run may have moved.
+        const BlockOf<float> way = (shown_.mesh.points() - at_start_.mesh.points()).cast<float>();
+        for (Moment& moment : moments_) {
+            for (std::size_t i = 0; i < moment.values.size(); ++i)
+                moment.values[i] -= way.data()[i];
+        }
+    }
+    std::vector<std::string> packed(moments_.size());
+#pragma omp parallel for schedule(dynamic)
+    for (std::size_t i = 0; i < moments_.size(); ++i) {
+        packed[i] =
+            view::embedded({view::moment_parcel(series_, moments_[i].time, static_cast<Index>(columns_),
+                                                moments_[i].values, displaced_),
+                            /*is_parcel=*/true});
+    }
+    if (progress != nullptr) progress->check();
+    moments_.clear();
+    while (packed.size() > 2 && bytes_of(packed) > most_bytes_of_moments) {
+        std::string last = std::move(packed.back());
+        packed.pop_back();
+        thin(packed);
+        packed.push_back(std::move(last));
+    }
+    if (packed.size() < states_)
+        notes_.push_back(fmt::format("{} of {} moments are in the report", packed.size(), states_));
+    const std::size_t kept = packed.size();
+    std::move(packed.begin(), packed.end(), std::back_inserter(embedded_));
+    return {{"kept", kept}, {"of", states_}};
+}
+
+nlohmann::json Report::pack(const Progress* progress) {
+    nlohmann::json about = {{"vertices_shown", shown_.mesh.vertex_count()},
+                            {"decimated", !shown_.vertex_of.empty()},
+                            {"decimation", shown_.decimation}};
+    if (!shown_.decimation.empty()) notes_.push_back(shown_.decimation);
+    pack_mesh();
+    about["fields_left_out"] = pack_fields();
+    if (states_ > 0) about["moments"] = pack_moments(progress);
+    about["notes"] = notes_;
+    return about;
+}
+
+void Report::write(const std::filesystem::path& path, const std::string& command_line,
+                   const nlohmann::json& summary) const {
+    nlohmann::json charts = nlohmann::json::array();
+    for (const Chart& chart : charts_)
+        charts.push_back(view::to_json(chart));
+    const nlohmann::json message = {
+        {"kind", "report"}, {"command", command_line}, {"summary", summary}, {"charts", charts}};
+    std::vector<std::string> pieces = embedded_;
+    pieces.insert(pieces.begin() + 1,  // after the mesh
+                  view::embedded({message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
+    const std::string title = fmt::format("{}: {}", name_, summary.value("command", "report"));
+    const std::string page = view::self_contained_page(title, pieces);
+    write_whole(path, [&](std::ostream& out) { out << page; });
+}
+
+ChartLine line_of(std::string name, const std::vector<double>& x, const std::vector<double>& y) {
+    const auto vector = [](const std::vector<double>& numbers) -> Vector {
+        return Eigen::Map<const Vector>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+    };
+    return {.name = std::move(name), .x = vector(x), .y = vector(y)};
+}
+
+std::string shell_line(const std::vector<std::string>& words) {
+    constexpr std::string_view plain = "@%+=:,./-_";
+    std::string line;
+    for (const std::string& word : words) {
+        if (!line.empty()) line += ' ';
+        const bool safe = !word.empty() && std::all_of(word.begin(), word.end(), [&](char c) {
+            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                   plain.find(c) != std::string_view::npos;
+        });
+        if (safe) {
+            line += word;
+            continue;
+        }
+        line += '\'';
+        for (const char c : word)
+            line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+        line += '\'';
+    }
+    return line;
+}
+
+}  // namespace beltrami::program
