@@ -137,6 +137,7 @@ class HarmonicsTask : public Task {
         parcel.add("frequencies", Vector(basis->eigenvalues().cwiseMax(0.0).cwiseSqrt()));
         const std::lock_guard lock(stage_.mutex);
         basis_ = basis;
+        stage_.running.reset();  // a request that answers this message finds the solver free
         spectrum_ = parcel_message(parcel.bytes());
         stage_.broadcast(*spectrum_);
         return summary.count > 0 ? summary.brief() : "they were there already";

@@ -134,13 +134,11 @@ class Session::Implementation {
 
     // The solver takes the newest request: what runs for another task ends. Harmonics are not lost for a click.
     void make_room(const std::string& task) {
-        const auto busy = worker_.busy_with();
-        if (!busy || *busy == "paint" || *busy == "harmonics update") return;
-        if (*busy == task && task != "heat" && task != "wave") return;
-        if (*busy == "harmonics") {
+        if (stage_.running == "harmonics") {
             throw InputError("harmonics are being computed", "wait for them, or cancel them");
         }
-        worker_.cancel();
+        const auto busy = worker_.busy_with();
+        if (busy == "heat" || busy == "wave" || (busy == "poke" && task != "poke")) worker_.cancel();
     }
 
     void turn_to(const std::string& task) {

@@ -101,12 +101,13 @@ class Page {
         ask({{"do", "task"}, {"task", task}});
     }
 
+    Scratch scratch;
     Laplacian laplacian;
 
   private:
     std::filesystem::path folder() {
-        std::filesystem::create_directories(scratch_ / "session");
-        return scratch_ / "session";
+        std::filesystem::create_directories(scratch / "session");
+        return scratch / "session";
     }
     void take(const Outgoing& outgoing) {
         {
@@ -116,7 +117,6 @@ class Page {
         changed_.notify_all();
     }
 
-    Scratch scratch_;
     std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<Message> messages_;
@@ -304,8 +304,7 @@ TEST(ViewSession, WhatIsSavedIsWhatTheProgramReads) {
         EXPECT_EQ(page.wait("saved").header["path"], "files/paint." + format);
         const auto file = page.file("paint." + format);
         ASSERT_TRUE(file);
-        const Scratch scratch;
-        const std::filesystem::path path = scratch / ("paint." + format);
+        const std::filesystem::path path = page.scratch / ("paint." + format);
         std::ofstream(path, std::ios::binary) << file->body;
         const Mesh read = read_mesh(path);
         EXPECT_EQ(read.vertex_count(), mesh.vertex_count());
