@@ -1,0 +1,137 @@
+// Where the vertices are and how they are shaded. Moves are noted at once and worked out when a frame is drawn, however
+// many have come since the last.
+import * as three from 'three';
+import { type Adjacency, adjacencyOf, boxOf, computeNormals, computeNormalsOf } from './geometry';
+import { StreamedAttribute } from './stream';
+
+export class Surface {
+  readonly position: StreamedAttribute;
+  readonly normal: StreamedAttribute;
+  readonly centre = new three.Vector3();
+  radius = 0;
+  readonly diagonal: number;
+
+  private adjacency: Adjacency | null = null;
+  private given: Float32Array | null = null; // normals
+  /** What has moved since the last frame. */
+  private moved: 'nothing' | 'some' | 'all' = 'all';
+  private readonly touched = new Set<number>();
+  /** Those away from rest, where not all may be. */
+  private away: Uint32Array | 'all' = new Uint32Array();
+
+  constructor(
+    readonly rest: Float32Array,
+    readonly triangles: Uint32Array,
+  ) {
+    this.position = new StreamedAttribute(rest.slice(), 3);
+    this.normal = new StreamedAttribute(new Float32Array(rest.length), 3);
+    this.bound();
+    this.diagonal = 2 * this.radius;
+  }
+
+  get vertices(): number {
+    return this.rest.length / 3;
+  }
+  get now(): Float32Array {
+    return this.position.numbers;
+  }
+
+  atRest(): void {
+    if (this.away === 'all') {
+      this.now.set(this.rest);
+      this.moved = 'all';
+    } else {
+      this.putBack();
+    }
+    this.away = new Uint32Array();
+  }
+
+  setPositions(positions: Float32Array): void {
+    this.now.set(positions);
+    this.moved = 'all';
+    this.away = 'all';
+  }
+
+  displace(vertices: Uint32Array, displacement: Float32Array): void {
+    this.atRest();
+    const { now, rest } = this;
+    for (let i = 0; i < vertices.length; ++i) {
+      const v = vertices[i];
+      for (let k = 0; k < 3; ++k) now[3 * v + k] = rest[3 * v + k] + displacement[3 * i + k];
+    }
+    this.touch(vertices);
+    this.away = vertices.slice();
+  }
+
+  setNormals(normals: Float32Array | null): void {
+    if (this.given === normals) return;
+    this.given = normals;
+    this.moved = 'all';
+  }
+
+  private putBack(): void {
+    const { now, rest, away } = this;
+    if (away === 'all') return;
+    for (const v of away) {
+      for (let k = 0; k < 3; ++k) now[3 * v + k] = rest[3 * v + k];
+    }
+    this.touch(away);
+  }
+
+  private touch(vertices: Uint32Array): void {
+    if (this.moved === 'all' || vertices.length === 0) return;
+    if (this.touched.size + vertices.length > this.vertices / 8) {
+      this.moved = 'all';
+      return;
+    }
+    for (const v of vertices) this.touched.add(v);
+    this.moved = 'some';
+  }
+
+  /** Works out what has moved; false: nothing has. */
+  settle(): boolean {
+    if (this.moved === 'nothing') return false;
+    if (this.moved === 'all') this.settleAll();
+    else this.settleSome();
+    this.touched.clear();
+    this.moved = 'nothing';
+    return true;
+  }
+
+  private settleAll(): void {
+    if (this.given) this.normal.numbers.set(this.given);
+    else computeNormals(this.now, this.triangles, this.normal.numbers);
+    this.position.changed();
+    this.normal.changed();
+    this.bound();
+  }
+
+  private settleSome(): void {
+    const moved = Uint32Array.from(this.touched).sort();
+    this.position.changedAt(moved);
+    this.stretch(moved);
+    if (this.given) return;
+    this.adjacency ??= adjacencyOf(this.triangles, this.vertices);
+    const { start, list } = this.adjacency;
+    for (const v of moved) {
+      for (let j = start[v]; j < start[v + 1]; ++j) {
+        for (let k = 0; k < 3; ++k) this.touched.add(this.triangles[3 * list[j] + k]);
+      }
+    }
+    const around = Uint32Array.from(this.touched).sort();
+    computeNormalsOf(around, around.length, this.now, this.triangles, this.adjacency, this.normal.numbers);
+    this.normal.changedAt(around);
+  }
+
+  private bound(): void {
+    const { low, high } = boxOf(this.now);
+    this.centre.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
+    this.radius = 0.5 * Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  }
+
+  /** The bounding sphere takes in what has moved out of it. */
+  private stretch(moved: Uint32Array): void {
+    const p = new three.Vector3();
+    for (const v of moved) this.radius = Math.max(this.radius, p.fromArray(this.now, 3 * v).distanceTo(this.centre));
+  }
+}
