@@ -118,6 +118,9 @@ export class CurveEditor {
   }
 
   setSpectrum(spectrum: Spectrum): void {
+    // Of a large mesh a basis holds the first few frequencies only: a linear axis would have no room for them.
+    const other = spectrum.cutoff !== this.spectrum.cutoff || spectrum.nyquist !== this.spectrum.nyquist;
+    if (other) this.logarithmic.set(spectrum.frequencies.length > 2 && spectrum.cutoff < 0.3 * spectrum.nyquist);
     this.spectrum = spectrum;
     this.draw();
   }
@@ -202,9 +205,10 @@ export class CurveEditor {
       parts.push(drawing('line', { x1: margin.left, x2: right, y1: y, y2: y, class: gain === 1 ? 'one' : 'grid' }));
       parts.push(words(margin.left - 11, y + 3.5, String(gain), 'end'));
     }
-    for (const number of axis.numbers()) {
+    // The left end of a logarithmic axis stands for 0.
+    for (const number of axis.logarithmic ? [0, ...axis.numbers()] : axis.numbers()) {
       const x = axis.place(number);
-      if (x > right - 4) continue;
+      if (x > right - 4 || (number > 0 && x < margin.left + 22)) continue;
       parts.push(drawing('line', { x1: x, x2: x, y1: bottom, y2: bottom + 4, class: 'grid' }));
       parts.push(words(x, bottom + 15, short(number, 3), 'middle'));
     }

@@ -6,8 +6,8 @@ import type { Hit, LivePlot, Marker, Tool } from '../viewer';
 import { NumberField } from './controls';
 import { Keep } from './keep';
 import { Moments } from './moments';
-import { short } from './numbers';
-import { button, group, row } from './parts';
+import { counted, short } from './numbers';
+import { button, group, row, write } from './parts';
 import { floats, type Context, type Panel } from './panel';
 import { Places } from './places';
 import { bounded, markerColor, markerUnder, moved, onClick, selectedColor, touches } from './touch';
@@ -133,7 +133,8 @@ export class Evolution implements Panel {
     this.time.set(time);
     this.steps.set(steps);
     this.vertex.limits(0, this.context.shell.viewer.mesh.vertices - 1);
-    this.clear.hidden = places.length === 0;
+    this.clear.hidden = places.length < 2;
+    write(this.clear, `Remove all ${counted(places.length)}`);
     kind.extra?.update(state);
     this.setRunning(state.running);
     if (state.task === kind.task) this.keep.command(state.command);
@@ -153,6 +154,7 @@ export class Evolution implements Panel {
       this.energy.clear();
     }
     this.lastStep = step;
+    if (frame.steps !== undefined) this.work.stepped(step, frame.steps);
     this.moments.add({ time, values });
     if (frame.energy !== undefined) this.energy.add(time, [frame.energy]);
     if (this.context.active === this.kind.task) {

@@ -11,6 +11,7 @@ import { duration, short } from './numbers';
 import { floats, type Context, type Panel } from './panel';
 import { button, group, row, write } from './parts';
 import { Stream } from './stream';
+import { edgeOf } from './touch';
 import { Work } from './work';
 
 export class Harmonics implements Panel {
@@ -146,7 +147,7 @@ export class Harmonics implements Panel {
     const { cutoff, nyquist } = message;
     const first = this.spectrumNow.nyquist !== nyquist;
     this.spectrumNow = { cutoff, nyquist };
-    this.modes.setFrequencies(frequencies, this.context.shell.viewer.mesh.mean_edge);
+    this.modes.setFrequencies(frequencies, edgeOf(this.context.shell.viewer));
     this.editor.setSpectrum({ frequencies, cutoff, nyquist });
     if (first && !this.active) this.editor.setCurve(presetCurve('identity', cutoff, nyquist));
     this.certificate.replaceChildren(

@@ -1,13 +1,13 @@
 // Which way a surface faces at a vertex that may be out of sight.
 import type { Vec3, Viewer } from '../viewer';
-import { difference, distance, restOf } from './touch';
+import { difference, distance, edgeOf, restOf } from './touch';
 
 export function normalAt(viewer: Viewer, vertex: number): Vec3 {
   const screen = viewer.screenOf(vertex);
   const hit = screen === null ? null : viewer.pick(...screen);
   const at = restOf(viewer, vertex);
-  if (hit !== null && distance(hit.rest, at) < 2 * viewer.mesh.mean_edge) return hit.normal;
-  return across(neighbours(viewer.rest, at, 3 * viewer.mesh.mean_edge), at, centre(viewer.rest));
+  if (hit !== null && distance(hit.rest, at) < 2 * edgeOf(viewer)) return hit.normal;
+  return across(neighbours(viewer.rest, at, 3 * edgeOf(viewer)), at, centre(viewer.rest));
 }
 
 function centre(points: Float32Array): Vec3 {

@@ -12,7 +12,18 @@ import { button, group, row, write } from './parts';
 import { Places } from './places';
 import { Ring } from './ring';
 import { Stream } from './stream';
-import { bounded, difference, markerColor, markerUnder, moved, onClick, restOf, selectedColor, touches } from './touch';
+import {
+  bounded,
+  difference,
+  edgeOf,
+  markerColor,
+  markerUnder,
+  moved,
+  onClick,
+  restOf,
+  selectedColor,
+  touches,
+} from './touch';
 import { hexOf, read, Value } from './value';
 import { Weights } from './weights';
 import { Work } from './work';
@@ -46,6 +57,7 @@ export class Paint implements Panel {
   private dragged: { vertex: number; value: number[] } | null = null;
   private fixed = new Map<number, number[]>();
   private selected: number | null = null;
+  private painted: PaintMode = 'scalar'; // as the program has it; the choice may be ahead of it
   private newest: Frame | null = null;
   private displaced = false;
   private radiusSet = false;
@@ -140,7 +152,7 @@ export class Paint implements Panel {
     const { paint } = state;
     const { viewer } = this.context.shell;
     this.vertex.limits(0, viewer.mesh.vertices - 1);
-    this.radius.ends(viewer.mesh.mean_edge, viewer.diagonal / 4);
+    this.radius.ends(edgeOf(viewer), Math.max(viewer.diagonal / 4, 2 * edgeOf(viewer)));
     if (!this.radiusSet) {
       this.radius.set(Number((viewer.diagonal / 40).toPrecision(2)));
       this.radiusSet = true;
@@ -157,7 +169,8 @@ export class Paint implements Panel {
   }
 
   private take(paint: StateMessage['paint']): void {
-    const otherMode = paint.mode !== this.mode.value;
+    const otherMode = paint.mode !== this.painted;
+    this.painted = paint.mode;
     this.fixed = new Map(paint.fixed.map(([vertex, ...value]) => [vertex, value]));
     const { dragged } = this;
     if (dragged !== null && !otherMode && this.fixed.has(dragged.vertex)) this.fixed.set(dragged.vertex, dragged.value);
@@ -171,6 +184,8 @@ export class Paint implements Panel {
     const chosen = this.selected === null ? undefined : this.fixed.get(this.selected);
     if (chosen !== undefined) this.value.set(chosen);
     this.clear.hidden = this.fixed.size === 0;
+    write(this.clear, `Remove all ${counted(this.fixed.size)}`);
+    if (otherMode) write(this.note, '');
     this.describe();
     this.refresh();
     if (otherMode || this.fixed.size === 0) this.present();
@@ -206,7 +221,7 @@ export class Paint implements Panel {
     if (this.context.active !== 'paint') return;
     const { viewer } = this.context.shell;
     const frame = this.newest;
-    const there = frame !== null && frame.mode === this.mode.value && this.fixed.size > 0;
+    const there = frame !== null && frame.mode === this.painted && this.fixed.size > 0;
     const displaces = there && frame.mode === 'displacement';
     if (!displaces && this.displaced) viewer.atRest();
     this.displaced = displaces;
@@ -259,7 +274,7 @@ export class Paint implements Panel {
       scalar: ' Drag a marker up or down to change its value.',
       colors: '',
       displacement: ' Drag a marker to move the vertex.',
-    }[this.mode.value];
+    }[this.painted];
     write(
       this.hint,
       {
@@ -274,7 +289,7 @@ export class Paint implements Panel {
 
   /** List and markers. */
   private refresh(): void {
-    const mode = this.mode.value;
+    const mode = this.painted;
     const markers: Marker[] = [];
     const places = [];
     for (const [vertex, value] of this.fixed) {
@@ -355,7 +370,7 @@ export class Paint implements Panel {
 
   private dragOf(vertex: number, start: PointerEvent) {
     const from = [...(this.fixed.get(vertex) ?? this.value.value)];
-    const mode = this.mode.value;
+    const mode = this.painted;
     const { viewer } = this.context.shell;
     const origin = mode === 'displacement' ? (restOf(viewer, vertex).map((x, i) => x + from[i]) as Vec3) : null;
     const grip = origin === null ? null : viewer.onPlane(origin, start.clientX, start.clientY);

@@ -38,6 +38,11 @@ export function difference(a: Vec3, b: Vec3): Vec3 {
   return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 }
 
+/** Of the mesh on average; of points without edges, what one would be. */
+export function edgeOf(viewer: Viewer): number {
+  return viewer.mesh.mean_edge || viewer.diagonal / 100 || 1;
+}
+
 /** Of a pixel, in the plane through `at` that faces the camera. */
 export function pixel(viewer: Viewer, at: Vec3, x: number, y: number): number {
   return distance(viewer.onPlane(at, x, y), viewer.onPlane(at, x + 1, y));

@@ -6,6 +6,7 @@ import { Check, Slider } from './controls';
 import { short } from './numbers';
 import { group, write } from './parts';
 import { Stream } from './stream';
+import { edgeOf } from './touch';
 
 export class Weights {
   readonly element: HTMLElement;
@@ -51,9 +52,9 @@ export class Weights {
 
   update(paint: StateMessage['paint'], viewer: Viewer): void {
     this.state = paint;
-    this.edge = viewer.mesh.mean_edge;
+    this.edge = edgeOf(viewer);
     // sqrt(gamma_2 / gamma_1) goes from a tenth of an edge to three times the whole mesh.
-    this.second.ends(0.01 * this.edge ** 2, 10 * viewer.diagonal ** 2);
+    this.second.ends(0.01 * this.edge ** 2, 10 * Math.max(viewer.diagonal, this.edge) ** 2);
     this.first.set(paint.gamma_1);
     this.second.set(paint.gamma_2);
     this.bounded.set(paint.bounded);

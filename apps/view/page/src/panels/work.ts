@@ -10,6 +10,7 @@ export class Work {
   private readonly outcome: HTMLElement;
   private readonly hint: HTMLElement;
   private runs = false;
+  private told = false; // by progress messages, which know more than frames do
 
   constructor(private readonly task: Task) {
     this.bar = element('progress', { max: 1, 'data-test': `${task}-progress`, 'aria-label': 'Progress' });
@@ -32,11 +33,17 @@ export class Work {
 
   /** Something was asked for: what came of the last is no longer of interest. */
   begin(): void {
+    this.told = false;
     this.tell('', '', 'plain');
     this.advance(-1, '');
   }
 
-  advance(fraction: number, phase: string): void {
+  /** A frame of a run. */
+  stepped(step: number, steps: number): void {
+    if (this.runs && !this.told) this.advance(step / steps, `step ${step} of ${steps}`);
+  }
+
+  private advance(fraction: number, phase: string): void {
     this.bar.hidden = false;
     this.phase.hidden = false;
     if (fraction < 0) this.bar.removeAttribute('value');
@@ -46,6 +53,7 @@ export class Work {
   }
 
   progress(message: ProgressMessage): void {
+    this.told = true;
     this.advance(message.fraction, message.phase);
   }
 
