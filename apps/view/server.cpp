@@ -29,6 +29,7 @@
 #include <limits>
 #include <list>
 #include <map>
+#include <mutex>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -119,7 +120,7 @@ std::string in_url(const asio::ip::address& address) {
 
 asio::ip::address address_of(asio::io_context& context, const std::string& host) {
     beast::error_code error;
-    const asio::ip::address literal = asio::ip::make_address(host, error);
+    asio::ip::address literal = asio::ip::make_address(host, error);
     if (!error) return literal;
     Protocol::resolver resolver(context);
     const auto found = resolver.resolve(host, "", error);
@@ -219,43 +220,38 @@ class Allowance {
     Clock::time_point last_ = Clock::now();
 };
 
-// What waits for a page, in the order in which it goes out.
+// What waits, in the order in which it goes on. An item with a key replaces the one with the same key.
+template <class Item>
 class Queue {
   public:
-    void push(Outgoing message) {
+    void push(Item item, const std::string& key, std::size_t bytes) {
         const std::uint64_t turn = ++turns_;
-        if (message.replaces.empty()) {
+        if (key.empty()) {
             last_plain_ = turn;
-        } else if (const auto known = by_key_.find(message.replaces); known != by_key_.end()) {
+        } else if (const auto known = by_key_.find(key); known != by_key_.end()) {
             const auto old = known->second;
-            bytes_ -= old->message.bytes->size();
+            bytes_ -= old->bytes;
             if (old->turn > last_plain_) {
-                // In its place: where keys are renewed faster than they are sent, each still has its turn.
-                bytes_ += message.bytes->size();
-                old->message = std::move(message);
+                // In its place: where keys are renewed faster than they go on, each still has its turn.
+                bytes_ += bytes;
+                old->item = std::move(item);
+                old->bytes = bytes;
                 return;
             }
             by_key_.erase(known);
             waiting_.erase(old);
         }
-        bytes_ += message.bytes->size();
-        waiting_.push_back({std::move(message), turn});
-        const auto last = std::prev(waiting_.end());
-        if (!last->message.replaces.empty()) by_key_.emplace(last->message.replaces, last);
+        bytes_ += bytes;
+        waiting_.push_back({std::move(item), key, bytes, turn});
+        if (!key.empty()) by_key_.emplace(key, std::prev(waiting_.end()));
     }
 
-    Outgoing pop() {
-        Outgoing message = std::move(waiting_.front().message);
+    Item pop() {
+        Waiting first = std::move(waiting_.front());
         waiting_.pop_front();
-        bytes_ -= message.bytes->size();
-        if (!message.replaces.empty()) by_key_.erase(message.replaces);
-        return message;
-    }
-
-    void clear() {
-        by_key_.clear();
-        waiting_.clear();
-        bytes_ = 0;
+        bytes_ -= first.bytes;
+        if (!first.key.empty()) by_key_.erase(first.key);
+        return std::move(first.item);
     }
 
     [[nodiscard]] bool empty() const { return waiting_.empty(); }
@@ -263,12 +259,14 @@ class Queue {
 
   private:
     struct Waiting {
-        Outgoing message;
+        Item item;
+        std::string key;
+        std::size_t bytes;
         std::uint64_t turn;
     };
 
     std::list<Waiting> waiting_;
-    std::unordered_map<std::string, std::list<Waiting>::iterator> by_key_;
+    std::unordered_map<std::string, typename std::list<Waiting>::iterator> by_key_;
     std::size_t bytes_ = 0;
     std::uint64_t turns_ = 0;
     std::uint64_t last_plain_ = 0;
@@ -296,12 +294,16 @@ class Server::Implementation {
     void post(Task task) {
         if (!over_) asio::post(context_, std::move(task));
     }
-    void send(ClientId client, Outgoing message);
-    void broadcast(const Outgoing& message);
+    void send(std::optional<ClientId> to, Outgoing message);
     void close(ClientId client, const std::string& reason);
     void stop();
 
   private:
+    struct Letter {
+        std::optional<ClientId> to;  // nobody: all
+        Outgoing message;
+    };
+
     class Connection;
     class Visit;
     class Page;
@@ -309,6 +311,7 @@ class Server::Implementation {
     void accept();
     void admit(Socket socket);
     bool make_room();
+    void deliver();
     void forget(ClientId client);
     void finish();
     std::vector<std::shared_ptr<Connection>> all_connections() const;
@@ -336,6 +339,9 @@ class Server::Implementation {
     ClientId last_client_ = 0;
     bool stopping_ = false;
     std::atomic<bool> over_ = false;
+    // From other threads, which may send faster than this one takes: here too a message replaces an older one.
+    std::mutex inbox_mutex_;
+    Queue<Letter> inbox_;
 };
 
 // --- Connections ----------------------------------------------------------------------------------------------------
@@ -446,7 +452,7 @@ class Server::Implementation::Page final : public Connection {
     Timer deadline_;
     Allowance allowance_;
     beast::flat_buffer buffer_;
-    Queue queue_;
+    Queue<Outgoing> queue_;
     std::optional<Outgoing> in_flight_;
     bool opened_ = false;
     bool closing_ = false;
@@ -734,7 +740,7 @@ void Server::Implementation::Page::too_fast() {
 void Server::Implementation::Page::send(const Outgoing& message) {
     if (ended_ || closing_ || !opened_) return;
     attempt([&] {
-        queue_.push(message);
+        queue_.push(message, message.replaces, message.bytes->size());
         const std::size_t backlog = queue_.bytes() + (in_flight_ ? in_flight_->bytes->size() : 0);
         if (backlog > server_.options_.largest_backlog) {
             log(fmt::format("closed, for {} bytes that the page does not take", backlog));
@@ -765,7 +771,7 @@ void Server::Implementation::Page::on_written(beast::error_code error) {
 
 void Server::Implementation::Page::close(websocket::close_code code, std::string_view reason) {
     if (ended_ || std::exchange(closing_, true)) return;
-    queue_.clear();
+    queue_ = {};
     // The answer to the handshake is still on its way: the connection ends after it.
     if (!opened_) return;
     // A page that takes nothing cannot be told, and one that sends without end does not listen.
@@ -785,7 +791,7 @@ void Server::Implementation::Page::leave() {
 void Server::Implementation::Page::end() {
     if (std::exchange(ended_, true)) return;
     deadline_.cancel();
-    queue_.clear();
+    queue_ = {};
     beast::get_lowest_layer(socket_).close();
     server_.pages_.erase(id_);
     server_.forget(id_);
@@ -926,21 +932,34 @@ std::vector<std::shared_ptr<Server::Implementation::Connection>> Server::Impleme
     return all;
 }
 
-void Server::Implementation::send(ClientId client, Outgoing message) {
-    if (!message.bytes) return;
-    post([this, client, message = std::move(message)] {
-        if (const auto page = pages_.find(client); page != pages_.end()) page->second->send(message);
-    });
+void Server::Implementation::send(std::optional<ClientId> to, Outgoing message) {
+    if (!message.bytes || over_) return;
+    const std::size_t bytes = message.bytes->size();
+    const std::string key =
+        message.replaces.empty() ? "" : fmt::format("{} {}", to.value_or(0), message.replaces);
+    const std::lock_guard lock(inbox_mutex_);
+    if (inbox_.empty()) post([this] { deliver(); });
+    inbox_.push({to, std::move(message)}, key, bytes);
 }
 
-void Server::Implementation::broadcast(const Outgoing& message) {
-    if (!message.bytes) return;
-    post([this, message] {
+void Server::Implementation::deliver() {
+    Queue<Letter> letters;
+    {
+        const std::lock_guard lock(inbox_mutex_);
+        std::swap(letters, inbox_);
+    }
+    while (!letters.empty()) {
+        const Letter letter = letters.pop();
+        if (letter.to) {
+            if (const auto page = pages_.find(*letter.to); page != pages_.end())
+                page->second->send(letter.message);
+            continue;
+        }
         // A copy of the list: a page may leave it.
         const auto pages = pages_;
         for (const auto& [id, page] : pages)
-            page->send(message);
-    });
+            page->send(letter.message);
+    }
 }
 
 void Server::Implementation::close(ClientId client, const std::string& reason) {
@@ -1044,7 +1063,7 @@ void Server::send(ClientId client, Outgoing message) {
 }
 
 void Server::broadcast(Outgoing message) {
-    implementation_->broadcast(message);
+    implementation_->send(std::nullopt, std::move(message));
 }
 
 void Server::close(ClientId client, const std::string& reason) {

@@ -1,5 +1,7 @@
 #include "view/server.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -599,6 +601,7 @@ TEST(Server, BoundsConnectionsAndLetsStrangersGiveWay) {
     options.most_connections = 4;
     Running server(options);
     std::vector<RawClient> strangers;
+    strangers.reserve(4);
     for (int i = 0; i < 4; ++i)
         strangers.emplace_back(server.port());
     RawClient good = server.open();
@@ -606,6 +609,7 @@ TEST(Server, BoundsConnectionsAndLetsStrangersGiveWay) {
     EXPECT_TRUE(server.becomes([](const Running& now) { return now.said("to make room"); }));
 
     std::vector<RawClient> pages;
+    pages.reserve(3);
     for (int i = 0; i < 3; ++i)
         pages.push_back(server.open());
     EXPECT_EQ(server.ask(server.request(server.below("/"))).status, 503);
@@ -671,6 +675,7 @@ TEST(Server, KeepsTheOrderOfEachThread) {
     ClientId client = 0;
     RawClient page = server.open(client);
     std::vector<std::thread> threads;
+    threads.reserve(4);
     constexpr int count = 300;
     for (int t = 0; t < 4; ++t) {
         threads.emplace_back([&, t] {
