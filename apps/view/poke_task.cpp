@@ -191,7 +191,7 @@ class PokeTask : public Task {
         }
         Parcel parcel(std::move(header));
         parcel.add("vertices", vertices);
-        parcel.add("levels", levels);
+        parcel.add("level", levels);
         parcel.add("displacement", displacement);
         newest_ = parcel_message(parcel.bytes(), name());
         stage_.broadcast(*newest_);

@@ -1023,7 +1023,10 @@ std::string Server::Implementation::objection(const Request& request) const {
     const std::string origin(view_of(request[http::field::origin]));
     if (origins > 1 || (origins == 1 && !beast::iequals(origin, "http://" + host)))
         return fmt::format("an Origin that is not this server's page: \"{}\"", shown(origin));
-    if (beast::iequals(request["Sec-Fetch-Site"], "cross-site")) return "a request that another site made";
+    // Following a link to the page is no request of the other site's: it knew the token and cannot read the answer.
+    const bool followed = beast::iequals(request["Sec-Fetch-Mode"], "navigate") &&
+                          beast::iequals(request["Sec-Fetch-Dest"], "document");
+    if (beast::iequals(request["Sec-Fetch-Site"], "cross-site") && !followed) return "a request that another site made";
     return {};
 }
 

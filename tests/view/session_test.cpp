@@ -226,7 +226,7 @@ TEST(ViewSession, APokeGrowsADomainThatVanishesAfterRelease) {
     const Message touched = page.wait("frame", [](const Message& m) { return m.header["active"] > 20; });
     EXPECT_TRUE(touched.header["force"].is_array());
     EXPECT_EQ(touched.floats("displacement").size(), 3 * touched.numbers("vertices").size());
-    EXPECT_EQ(touched.numbers("levels").size(), touched.numbers("vertices").size());
+    EXPECT_EQ(touched.numbers("level").size(), touched.numbers("vertices").size());
     page.ask({{"do", "poke.release"}, {"id", 2}});
     const Message rest = page.wait("frame", [](const Message& m) { return m.numbers("vertices").empty(); });
     EXPECT_TRUE(rest.header["force"].is_null());
