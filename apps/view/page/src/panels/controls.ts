@@ -39,26 +39,25 @@ export class NumberField {
           this.take();
           options.enter?.();
         } else if (event.key === 'Escape') {
-          this.input.value = short(this.current, 6);
+          this.input.value = this.text(this.current);
           this.hand.leave();
         }
       },
     });
     this.element = element('label', { class: 'labelled' }, element('span', {}, options.label), this.input);
     this.limits(options.low ?? -Infinity, options.high ?? Infinity);
-    this.input.value = short(this.current, 6);
+    this.input.value = this.text(this.current);
   }
 
   /** What is being typed counts: a click on the picture may come before the field loses the focus. */
   get value(): number {
-    this.take();
-    return this.current;
+    return (this.hand.now ? this.typed() : null) ?? this.current;
   }
 
   set(value: number): void {
     this.hand.pass(() => {
       this.current = value;
-      const text = short(value, 6);
+      const text = this.text(value);
       if (this.input.value !== text) this.input.value = text;
     });
   }
@@ -72,15 +71,25 @@ export class NumberField {
     }
   }
 
+  private text(value: number): string {
+    return this.options.whole ? String(value) : short(value, 6);
+  }
+
+  private typed(): number | null {
+    const value = parsed(this.input.value);
+    if (value === null) return null;
+    const { low = -Infinity, high = Infinity, whole } = this.options;
+    return clamped(whole ? Math.round(value) : value, low, high);
+  }
+
   private take(): void {
     if (!this.hand.now) return; // nothing was typed since
-    const typed = parsed(this.input.value);
+    const typed = this.typed();
     if (typed !== null) {
-      const value = clamped(typed, this.options.low ?? -Infinity, this.options.high ?? Infinity);
-      this.current = this.options.whole ? Math.round(value) : value;
-      this.options.change?.(this.current);
+      this.current = typed;
+      this.options.change?.(typed);
     }
-    this.input.value = short(this.current, 6);
+    this.input.value = this.text(this.current);
     this.hand.leave();
   }
 }

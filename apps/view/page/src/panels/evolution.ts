@@ -133,7 +133,7 @@ export class Evolution implements Panel {
     this.time.set(time);
     this.steps.set(steps);
     this.vertex.limits(0, this.context.shell.viewer.mesh.vertices - 1);
-    this.clear.hidden = places.length < 2;
+    this.clear.hidden = places.length === 0;
     write(this.clear, `Remove all ${counted(places.length)}`);
     kind.extra?.update(state);
     this.setRunning(state.running);

@@ -46,6 +46,7 @@ export class Paint implements Panel {
   private readonly list: Places;
   private readonly clear: HTMLButtonElement;
   private readonly note: HTMLElement;
+  private readonly whose: HTMLElement;
   private readonly hint: HTMLElement;
   private readonly weights: Weights;
   private readonly keep: Keep;
@@ -117,6 +118,7 @@ export class Paint implements Panel {
     });
     this.clear = button('Remove all', 'paint-clear', () => send({ do: 'clear' }), 'quiet');
     this.hint = element('p', { class: 'hint' });
+    this.whose = element('p', { class: 'hint', 'data-test': 'paint-whose' });
     this.note = element('p', { class: 'hint', role: 'status', 'data-test': 'paint-note' });
     this.weights = new Weights(send, new Stream(send));
     this.keep = new Keep('paint', 'the fixed values', send);
@@ -133,6 +135,7 @@ export class Paint implements Panel {
         this.means.element,
         this.radius.element,
         this.value.element,
+        this.whose,
         row(
           this.vertex.element,
           button('Fix', 'paint-add', () => this.fixTyped()),
@@ -285,6 +288,7 @@ export class Paint implements Panel {
     );
     this.radius.element.hidden = means === 'point';
     this.value.element.hidden = means === 'erase';
+    this.whose.hidden = means !== 'point';
   }
 
   /** List and markers. */
@@ -301,6 +305,13 @@ export class Paint implements Panel {
       places.push({ vertex, value: text, color: mode === 'colors' ? color : undefined });
     }
     this.list.set(places, this.selected);
+    const chosen = this.selected !== null && this.fixed.has(this.selected);
+    write(
+      this.whose,
+      chosen
+        ? `Of vertex ${this.selected}, which is selected. A click beside the mesh lets go of it.`
+        : 'Of the next one.',
+    );
     if (this.context.active === 'paint') this.context.shell.viewer.setMarkers(bounded(markers, this.selected));
   }
 
