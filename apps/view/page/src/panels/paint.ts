@@ -90,7 +90,11 @@ export class Paint implements Panel {
         ['erase', 'Erase'],
       ],
       value: 'point',
-      change: () => this.describe(),
+      change: () => {
+        // A brush has a value of its own: it is not that of a vertex.
+        this.select(null);
+        this.describe();
+      },
     });
     this.radius = new Slider({
       label: 'Brush radius',
@@ -174,6 +178,10 @@ export class Paint implements Panel {
   private take(paint: StateMessage['paint']): void {
     const otherMode = paint.mode !== this.painted;
     this.painted = paint.mode;
+    if (otherMode) {
+      this.selected = null;
+      write(this.note, '');
+    }
     this.fixed = new Map(paint.fixed.map(([vertex, ...value]) => [vertex, value]));
     const { dragged } = this;
     if (dragged !== null && !otherMode && this.fixed.has(dragged.vertex)) this.fixed.set(dragged.vertex, dragged.value);
@@ -188,7 +196,6 @@ export class Paint implements Panel {
     if (chosen !== undefined) this.value.set(chosen);
     this.clear.hidden = this.fixed.size === 0;
     write(this.clear, `Remove all ${counted(this.fixed.size)}`);
-    if (otherMode) write(this.note, '');
     this.describe();
     this.refresh();
     if (otherMode || this.fixed.size === 0) this.present();
