@@ -255,7 +255,8 @@ export class Paint implements Panel {
 
   private valueChosen(value: number[], last: boolean): void {
     const vertex = this.selected;
-    if (vertex === null || !this.fixed.has(vertex)) return; // it is what is painted next
+    // Otherwise it is what is painted next.
+    if (vertex === null || !this.fixed.has(vertex) || this.means.value !== 'point') return;
     this.hand.take();
     this.follow(vertex, value);
     if (!last) return;
