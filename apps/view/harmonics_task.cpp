@@ -77,7 +77,10 @@ class HarmonicsTask : public Task {
     [[nodiscard]] std::vector<Outgoing> newest() const override {
         std::vector<Outgoing> messages;
         if (spectrum_) messages.push_back(*spectrum_);
-        if (newest_) messages.push_back(*newest_);
+        // The one that is not shown comes first: the page takes the last.
+        for (const std::optional<Outgoing>& message : {curve_ ? function_ : filtering_, curve_ ? filtering_ : function_}) {
+            if (message) messages.push_back(*message);
+        }
         return messages;
     }
 
@@ -225,10 +228,11 @@ class HarmonicsTask : public Task {
         Parcel parcel(std::move(header));
         parcel.add(array, result);
         const std::lock_guard lock(stage_.mutex);
-        newest_ = parcel_message(parcel.bytes(), name());
+        std::optional<Outgoing>& kept = array == "values" ? function_ : filtering_;
+        kept = parcel_message(parcel.bytes(), name() + array);
         filtered_ = curve ? std::move(result) : Block();
         filtered_on_ = on;
-        stage_.broadcast(*newest_);
+        stage_.broadcast(*kept);
     }
 
     [[nodiscard]] double energy(const Block& field) const {
@@ -258,7 +262,8 @@ class HarmonicsTask : public Task {
     Block filtered_;
     std::size_t filtered_on_ = 0;
     std::optional<Outgoing> spectrum_;
-    std::optional<Outgoing> newest_;
+    std::optional<Outgoing> function_;   // the newest eigenfunction
+    std::optional<Outgoing> filtering_;  // the newest filtered field
     // Of the solver thread alone.
     std::shared_ptr<const StoredBasis> filter_basis_;
     std::array<std::unique_ptr<HarmonicFilter>, 3> filters_;

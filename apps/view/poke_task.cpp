@@ -178,6 +178,7 @@ class PokeTask : public Task {
         }
         const std::lock_guard lock(stage_.mutex);
         nlohmann::json header = frame_header(name(), asked_, step.seconds, "");
+        header["time"] = skin_->motion().time();
         header["active"] = step.active;
         header["step_seconds"] = step.seconds;
         header["late"] = 2 * late > steps;

@@ -40,7 +40,7 @@ test('a long simulation is cancelled, and a page that is loaded again finds what
     await viewer.until((b) => b.state.wave.steps === 10000);
     await viewer.on('wave-run').click();
     await viewer.until((b) => b.state.running?.task === 'wave' && b.lastFrame?.step >= 5);
-    await viewer.on('cancel').locator('visible=true').click();
+    await viewer.on('wave-cancel').click();
     await viewer.until((b) => b.state.running === null);
     const reached = await viewer.see((b) => b.lastFrame.step);
     assert.ok(reached < 10000);
