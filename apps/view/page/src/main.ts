@@ -111,9 +111,9 @@ function begin(mesh: MeshMessage, received: Received): void {
     tellReport(mesh);
   }
   shell.onTab = (tab: Tab) => {
-    if (tab === 'report') return;
-    panels?.activate(tab);
-    if (live) send({ do: 'task', task: tab });
+    if (tab === 'report' || !live) return;
+    turnTo(tab);
+    send({ do: 'task', task: tab });
   };
   scene.stage.afterRender(() => {
     if (source instanceof LiveSource) source.latencies.painted();
@@ -121,7 +121,9 @@ function begin(mesh: MeshMessage, received: Received): void {
   // The first pick waits for a tree: it is built while nobody waits, but where it takes long only when it is needed.
   if (received.arrays.triangles?.length < 1.5e6) whenIdle(() => scene.preparePicking());
   for (const message of early.splice(0)) handle(message);
-  if (live) seen.ready();
+  if (!live) return;
+  seen.ready();
+  say('Drag to turn, right drag to move, wheel to come nearer; ? shows the keys.');
 }
 
 function handle(received: Received): void {
@@ -152,7 +154,15 @@ function follow(state: StateMessage): void {
   seen.state = state;
   if (state.task === shell.tab) return;
   shell.choose(state.task, false);
-  panels?.activate(state.task as Task);
+  turnTo(state.task);
+}
+
+/** The picture is of another task. */
+function turnTo(task: Task): void {
+  viewer?.showVectors('', null);
+  look?.goTo(task === 'look' ? null : shell.hosts[task]);
+  panels?.activate(task);
+  if (task === 'look') look?.showAgain();
 }
 
 function noteFrame(frame: FrameMessage): void {
@@ -180,6 +190,7 @@ function endOfReport(): void {
   moments?.complete();
   look?.listFields();
   seen.ready();
+  say('Everything is in this file. ? shows the keys.');
 }
 
 function fit(): void {
@@ -206,7 +217,8 @@ async function shoot(scene: SceneViewer, wanted: ShootMessage): Promise<void> {
   shell.theme.choose(wanted.dark ? 'dark' : 'light', false);
   scene.display = { ...scene.display, wireframe: wanted.edges };
   if (wanted.field && fields) await fields.whenShown(wanted.field);
-  scene.stage.insets = { top: 0, right: 0, bottom: scene.shown.kind === 'plain' ? 0 : 40, left: 0 };
+  const legend = scene.shown.kind === 'plain' ? 0 : 40;
+  scene.stage.insets = () => ({ top: 0, right: 0, bottom: legend, left: 0 });
   scene.stage.fitFor(width, height, () => scene.fit(wanted.view, wanted.up, width / height));
   const picture = await compose(scene, shell.legend, shell.theme.palette, { width, height, scale: 1 });
   if (source instanceof LiveSource) source.sendBytes(picture);

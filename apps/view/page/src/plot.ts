@@ -1,7 +1,7 @@
 // Charts: lines that grow while something runs, and those of a report.
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import { shortNumber, ticksBetween } from './colour/ticks';
+import { powerOfTen, shortNumber, ticksBetween } from './colour/ticks';
 import { element } from './dom';
 import type { Palette, Theme } from './look/theme';
 import type { ChartData } from './protocol';
@@ -72,14 +72,20 @@ class Chart {
       grid: { stroke: palette.line, width: 1 },
       ticks: { show: false },
       space: side === 2 ? 54 : 30,
-      ...(side === 3 && options.logarithmic ? {} : { values: (_, splits) => labelled(splits) }),
+      ...(side === 3 && options.logarithmic
+        ? {
+            splits: (_, __, low, high) => decades(low, high),
+            filter: (_, splits) => splits,
+            values: (_, splits) => splits.map((y) => powerOfTen(Math.round(Math.log10(y)))),
+          }
+        : { values: (_, splits) => labelled(splits) }),
     });
     const common: uPlot.Series = { spanGaps: false, points: { show: this.data[0].length === 1 } };
     this.plot = new uPlot(
       {
         width: this.width,
         height: options.height,
-        padding: [8, 10, 0, 0],
+        padding: [8, 18, 0, 0],
         legend: { show: options.lines.length > 1, live: false },
         cursor: { points: { size: 6 }, drag: { x: false, y: false } },
         scales: { x: { time: false }, y: options.logarithmic ? { distr: 3 } : {} },
@@ -117,6 +123,14 @@ class Chart {
     const x = this.data[0][index];
     this.reading.textContent = `${x === null ? '' : shortNumber(x, 5)}: ${parts.filter(Boolean).join(', ')}`;
   }
+}
+
+/** Powers of ten, not more than a few. */
+function decades(low: number, high: number): number[] {
+  const first = Math.ceil(Math.log10(low) - 1e-9);
+  const last = Math.floor(Math.log10(high) + 1e-9);
+  const step = Math.max(Math.ceil((last - first) / 6), 1);
+  return Array.from({ length: Math.max(Math.floor((last - first) / step) + 1, 0) }, (_, i) => 10 ** (first + i * step));
 }
 
 function labelled(splits: number[]): string[] {

@@ -52,6 +52,9 @@ export class LookPanel {
     onchange: () =>
       this.shell.theme.choose(this.theme.value === 'system' ? null : (this.theme.value as 'light' | 'dark')),
   });
+  private readonly appearance: HTMLElement;
+  private readonly drawer: HTMLDetailsElement;
+  private readonly fieldGroup: HTMLElement;
   private chosen = plainName;
 
   constructor(
@@ -80,10 +83,11 @@ export class LookPanel {
     this.vectorGroup = group('Vectors', this.vectors, this.vectorCount.element, this.vectorLength.element);
     const onSurface = mesh.cells === 'triangles' || mesh.cells === 'tetrahedra';
     host.classList.add('panel');
-    host.append(
+    this.appearance = element(
+      'div',
+      { class: 'appearance' },
       group(
         'Colour',
-        labelled('Field', this.field),
         labelled('Colour map', this.map),
         element(
           'div',
@@ -132,12 +136,34 @@ export class LookPanel {
           'Reset how it looks',
         ),
       ),
-      meshReport(viewer),
     );
+    this.drawer = element(
+      'details',
+      { class: 'drawer', 'data-test': 'look-drawer' },
+      element('summary', {}, 'How it looks'),
+    );
+    this.fieldGroup = group('Field', this.field);
+    this.field.setAttribute('aria-label', 'Field');
+    host.append(this.fieldGroup, this.appearance, meshReport(viewer));
     viewer.onChange(() => this.update());
     shell.theme.onChange(() => this.update());
     this.listFields();
     this.restore();
+  }
+
+  /** What a task shows can be coloured while it is looked at: the controls go with the tab, folded under the task's own. */
+  goTo(host: HTMLElement | null): void {
+    if (host) {
+      this.drawer.append(this.appearance);
+      host.append(this.drawer);
+    } else {
+      this.fieldGroup.after(this.appearance);
+    }
+  }
+
+  /** The field that was chosen here comes back after a task. */
+  showAgain(): void {
+    this.showField(this.chosen);
   }
 
   /** Fields have come, or which one is shown has changed. */
@@ -154,10 +180,6 @@ export class LookPanel {
     this.chosen = name;
     this.fields.choose(name);
     this.update();
-  }
-
-  get chosenField(): string {
-    return this.chosen;
   }
 
   private chooseField(): void {
@@ -237,7 +259,7 @@ export class LookPanel {
       [this.high, scale?.high],
     ] as const) {
       input.disabled = value === undefined;
-      if (input !== edited) input.value = value === undefined ? '' : shortNumber(value, 6).replace('\u2212', '-');
+      if (input !== edited) input.value = value === undefined ? '' : String(Number(value.toPrecision(6)));
     }
     tick(this.automatic, display.range === null);
     tick(this.isolines, display.isolines);
@@ -317,10 +339,7 @@ function tick(label: HTMLLabelElement, on: boolean): void {
 
 /** Number, with either minus sign; a comma is no point. */
 function parsed(text: string): number | null {
-  const cleaned = text
-    .trim()
-    .replace('\u2212', '-')
-    .replace(/\u00d710/, 'e');
+  const cleaned = text.trim().replace('\u2212', '-');
   const value = Number(cleaned);
   return cleaned !== '' && Number.isFinite(value) ? value : null;
 }

@@ -157,6 +157,8 @@ export class PageShell implements Shell {
     this.brief.title = mesh.brief;
     this.veil.hidden = true;
     viewer.onChange(() => this.legend.update(viewer));
+    // Where there is little room the mesh is fitted above the legend, else beside it; whether or not there is one yet.
+    viewer.stage.insets = () => ({ top: 0, right: 0, bottom: this.stage.clientWidth < 720 ? 64 : 0, left: 0 });
     this.theme.onChange((palette) => {
       viewer.wear(palette);
       this.legend.update(viewer);

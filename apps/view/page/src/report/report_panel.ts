@@ -62,7 +62,8 @@ function warningsOf(summary: unknown): string[] {
 }
 
 function commandLine(command: string, say: (text: string) => void): HTMLElement {
-  const text = element('code', { 'data-test': 'command' }, command);
+  const words = command.split(/( +)/).map((word) => (word.trim() ? element('span', { class: 'word' }, word) : word));
+  const text = element('code', { 'data-test': 'command' }, ...words);
   const copy = async (): Promise<void> => {
     try {
       await navigator.clipboard.writeText(command);

@@ -180,3 +180,48 @@ export function evenSubset(positions: Float32Array, wanted: number): { vertices:
   }
   return { vertices: Uint32Array.from(best.values()), spacing };
 }
+
+/** Which side of its triangles a closed surface turns outward: 1 their front, -1 their back, in all of its components; 0
+ * where neighbours disagree or components do. Each edge must have two triangles. */
+export function outwardSide(positions: Float32Array, triangles: Uint32Array): 1 | -1 | 0 {
+  if (triangles.length === 0) return 0;
+  // Neighbours agree if each edge is gone through once either way: then the sum of a hash of it, there plus, back minus,
+  // is zero.
+  let balance = 0;
+  const parent = new Uint32Array(positions.length / 3).map((_, v) => v);
+  const root = (v: number): number => {
+    while (parent[v] !== v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (let i = 0; i < triangles.length; i += 3) {
+    for (let k = 0; k < 3; ++k) {
+      const p = triangles[i + k];
+      const q = triangles[i + ((k + 1) % 3)];
+      const low = p < q ? p : q;
+      const high = p < q ? q : p;
+      const mixed = Math.imul(Math.imul(low + 1, 0x9e3779b1) ^ (high + 0x7f4a7c15), 0x85ebca6b);
+      const hash = mixed ^ (mixed >>> 15);
+      balance = (p < q ? balance + hash : balance - hash) | 0;
+      const a = root(p);
+      const b = root(q);
+      if (a !== b) parent[a] = b;
+    }
+  }
+  if (balance !== 0) return 0;
+  const { low } = boxOf(positions);
+  const volume = new Map<number, number>();
+  for (let i = 0; i < triangles.length; i += 3) {
+    const a = 3 * triangles[i];
+    const b = 3 * triangles[i + 1];
+    const c = 3 * triangles[i + 2];
+    const x = (v: number, k: number): number => positions[v + k] - low[k];
+    const six =
+      x(a, 0) * (x(b, 1) * x(c, 2) - x(b, 2) * x(c, 1)) +
+      x(a, 1) * (x(b, 2) * x(c, 0) - x(b, 0) * x(c, 2)) +
+      x(a, 2) * (x(b, 0) * x(c, 1) - x(b, 1) * x(c, 0));
+    const component = root(triangles[i]);
+    volume.set(component, (volume.get(component) ?? 0) + six);
+  }
+  const signs = [...volume.values()].map(Math.sign);
+  return signs.every((sign) => sign === 1) ? 1 : signs.every((sign) => sign === -1) ? -1 : 0;
+}

@@ -6,7 +6,7 @@ import { markerFragment, markerVertex } from './shaders';
 export class Markers {
   readonly object: three.Points;
   readonly uniforms = {
-    size: { value: 15 },
+    size: { value: 1 },
     depth: { value: 0 },
     halo: { value: new three.Color('#fff') },
   };

@@ -9,7 +9,7 @@ import type { Hit, Marker, ScalarOptions, Tool, Vec3, Viewer } from '../viewer';
 import { Arrows, VectorField } from './arrows';
 import type { Axis } from './camera';
 import { FieldLook } from './field_material';
-import { edgesOf } from './geometry';
+import { edgesOf, outwardSide } from './geometry';
 import { Markers } from './markers';
 import { Picker } from './picker';
 import { Pointer } from './pointer';
@@ -56,6 +56,8 @@ export type Shown =
 
 /** The Hit and where the pointer is; null: over nothing. */
 export type HoverListener = (hit: Hit | null, x: number, y: number) => void;
+
+const markerPixels = 15; // across
 
 const arrayOf = (arrays: Arrays, name: string): Uint32Array => {
   const found = arrays[name];
@@ -137,6 +139,12 @@ export class SceneViewer implements Viewer {
       material.polygonOffsetFactor = 1;
       material.polygonOffsetUnits = 1;
       this.add(new three.Mesh(this.indexed(triangles), material));
+      // The inside of a closed surface is not seen. A graphics card does not mind drawing it, a processor does.
+      if (stage.software && this.boundary.length + this.nonManifold.length === 0 && !mesh.decimated) {
+        const outward = outwardSide(this.rest, triangles);
+        const outside = outward === 1 ? three.FrontSide : outward === -1 ? three.BackSide : three.DoubleSide;
+        stage.beforeRender(() => (material.side = stage.isInside ? three.DoubleSide : outside));
+      }
     }
     if (segments.length > 0) {
       this.segments = new ThickLines(segments, this.look, { width: 3, nearer: 0 });
@@ -152,7 +160,6 @@ export class SceneViewer implements Viewer {
     this.vectors = new VectorField(this.rest);
     this.add(this.vectors.arrows.object);
     this.add(this.markers.object);
-    this.markers.uniforms.depth.value = 0.004;
     // The force is seen from all sides: it is drawn last, on a depth of its own.
     this.force.uniforms.thickness.value = 0.016 * this.diagonal;
     this.force.object.renderOrder = 10;
@@ -193,7 +200,7 @@ export class SceneViewer implements Viewer {
 
   /** Points that nearly touch. */
   private pointSize(count: number): number {
-    return this.mesh.mean_edge > 0 ? 0.9 * this.mesh.mean_edge : (1.2 * this.diagonal) / Math.sqrt(count);
+    return this.mesh.mean_edge > 0 ? 1.1 * this.mesh.mean_edge : (1.2 * this.diagonal) / Math.sqrt(count);
   }
 
   // What the surface is coloured by.
@@ -439,7 +446,8 @@ export class SceneViewer implements Viewer {
     this.look.uniforms.skyward.value
       .copy(this.stage.camera.up)
       .transformDirection(this.stage.camera.matrixWorldInverse);
-    this.markers.uniforms.size.value = 15 * (size.y / this.stage.size[1]);
+    this.markers.uniforms.size.value = markerPixels * (size.y / this.stage.size[1]);
+    this.markers.uniforms.depth.value = 1.2 * markerPixels * this.stage.pixelAngle;
     if (this.surface.settle()) {
       const { now, centre, radius } = this.surface;
       this.stage.setBounds(centre, radius);

@@ -81,7 +81,11 @@ export const surfaceVertex = /* glsl */ `
     passField();
     vec4 place = modelViewMatrix * vec4(position, 1.0);
     vNormal = normalMatrix * normal;
-    vToCamera = -place.xyz;
+    #ifdef FACETS
+      vToCamera = -place.xyz; // its slope is that of the facet
+    #else
+      vToCamera = normalize(-place.xyz);
+    #endif
     gl_Position = projectionMatrix * place;
   }
 `;
@@ -92,10 +96,11 @@ export const surfaceFragment = /* glsl */ `
   varying vec3 vNormal;
   varying vec3 vToCamera;
   void main() {
-    vec3 toCamera = normalize(vToCamera);
     #ifdef FACETS
+      vec3 toCamera = normalize(vToCamera);
       vec3 n = normalize(cross(dFdx(vToCamera), dFdy(vToCamera)));
     #else
+      vec3 toCamera = vToCamera;
       vec3 n = normalize(vNormal);
     #endif
     // Both sides are lit, whichever way a triangle is turned.
@@ -104,7 +109,7 @@ export const surfaceFragment = /* glsl */ `
     facing = abs(facing);
     float key = max(dot(n, vec3(-0.32, 0.46, 0.83)), 0.0);
     float sky = 0.5 + 0.5 * dot(n, skyward);
-    float light = 0.13 + 0.20 * sky + 0.30 * facing + 0.44 * key;
+    float light = 0.17 + 0.19 * sky + 0.27 * facing + 0.42 * key;
     vec3 c = fieldColour();
     #ifdef ISOLINES
       c = withIsolines(c);
@@ -226,13 +231,13 @@ export const wireFragment = /* glsl */ `
 export const markerVertex = /* glsl */ `
   attribute vec3 colour;
   uniform float size;
-  uniform float depth;        // of the scene: how far a ball stands out
+  uniform float depth;        // how far a ball stands out of the surface, of its distance
   varying vec3 vColour;
   void main() {
     vColour = colour;
     vec4 place = modelViewMatrix * vec4(position, 1.0);
     vec4 seen = projectionMatrix * place;
-    place.z += depth;
+    place.xyz *= 1.0 - depth;
     vec4 front = projectionMatrix * place;
     gl_Position = vec4(seen.xy, front.z / front.w * seen.w, seen.w);
     gl_PointSize = size;

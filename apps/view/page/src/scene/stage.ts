@@ -22,6 +22,16 @@ export interface Insets {
   left: number;
 }
 
+/** What draws. A context must be asked, and it must be known before the one that is drawn with is made. */
+function nameOfRenderer(): string {
+  const context = document.createElement('canvas').getContext('webgl2');
+  if (!context) return '';
+  const details = context.getExtension('WEBGL_debug_renderer_info');
+  const name = String(context.getParameter(details ? details.UNMASKED_RENDERER_WEBGL : context.RENDERER));
+  context.getExtension('WEBGL_lose_context')?.loseContext();
+  return name;
+}
+
 export class Stage {
   readonly canvas = document.createElement('canvas');
   readonly renderer: three.WebGLRenderer;
@@ -35,7 +45,7 @@ export class Stage {
   renders = 0;
   /** Milliseconds of the last one, as far as the page can tell. */
   renderTime = 0;
-  insets: Insets = { top: 0, right: 0, bottom: 0, left: 0 };
+  insets: () => Insets = () => ({ top: 0, right: 0, bottom: 0, left: 0 });
 
   private controls: OrbitControls;
   private up: Axis = 'y';
@@ -53,16 +63,15 @@ export class Stage {
     say: (text: string, error?: boolean) => void,
   ) {
     this.canvas.className = 'canvas';
+    this.rendererName = nameOfRenderer();
+    this.software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.rendererName);
+    // Smooth edges cost a processor more than all the rest; saved pictures have them anyway.
     this.renderer = new three.WebGLRenderer({
       canvas: this.canvas,
-      antialias: true,
+      antialias: !this.software,
       powerPreference: 'high-performance',
     });
     this.renderer.outputColorSpace = three.LinearSRGBColorSpace;
-    const context = this.renderer.getContext();
-    const details = context.getExtension('WEBGL_debug_renderer_info');
-    this.rendererName = String(context.getParameter(details ? details.UNMASKED_RENDERER_WEBGL : context.RENDERER));
-    this.software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(this.rendererName);
     this.scene.add(this.world);
     host.append(this.canvas);
     this.controls = this.makeControls();
@@ -180,6 +189,11 @@ export class Stage {
     this.bounds.radius = Math.max(radius * this.scale, 1e-3);
   }
 
+  /** The camera is among what is drawn. */
+  get isInside(): boolean {
+    return this.camera.position.distanceTo(this.bounds.center) < this.bounds.radius;
+  }
+
   private clip(): void {
     const away = this.camera.position.distanceTo(this.bounds.center);
     const radius = 1.15 * this.bounds.radius;
@@ -193,7 +207,7 @@ export class Stage {
     if (up !== this.up) this.setUp(up);
     const frame = view ? frameOf(view, up) : this.frameNow();
     const [width, height] = this.assumed ?? this.size;
-    const { top, right, bottom, left } = this.insets;
+    const { top, right, bottom, left } = this.insets();
     const tangent = Math.tan((fieldOfView * Math.PI) / 360);
     const free = [Math.max(1 - (left + right) / width, 0.3), Math.max(1 - (top + bottom) / height, 0.3)];
     const across = 0.9 * tangent * aspect * free[0];
