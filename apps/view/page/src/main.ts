@@ -122,6 +122,7 @@ function begin(mesh: MeshMessage, received: Received): void {
   if (received.arrays.triangles?.length < 1.5e6) whenIdle(() => scene.preparePicking());
   for (const message of early.splice(0)) handle(message);
   if (!live) return;
+  if (shell.tab === 'look') look.recallField();
   seen.ready();
   say('Drag to turn, right drag to move, wheel to come nearer; ? shows the keys.');
 }
@@ -186,7 +187,7 @@ function tellReport(mesh: MeshMessage | null = viewer?.mesh ?? null): void {
 function endOfReport(): void {
   if (!viewer) shell.excuse('This report has no mesh.');
   tellReport();
-  fields?.showFirst();
+  if (!look?.recallField()) fields?.showFirst();
   moments?.complete();
   look?.listFields();
   seen.ready();

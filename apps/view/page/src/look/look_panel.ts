@@ -166,6 +166,14 @@ export class LookPanel {
     this.showField(this.chosen);
   }
 
+  /** The field that was looked at before a reload, if it is there; false: none. */
+  recallField(): boolean {
+    const name = recall('field', plainName);
+    const known = this.fields.names.includes(name);
+    if (known) this.showField(name);
+    return known;
+  }
+
   /** Fields have come, or which one is shown has changed. */
   listFields(): void {
     this.field.replaceChildren(
@@ -224,8 +232,14 @@ export class LookPanel {
   }
 
   private setAutomatic(on: boolean): void {
-    const scale = this.viewer.scale;
-    this.set({ range: on || !scale ? null : [scale.low, scale.high] });
+    const { scale } = this.viewer;
+    if (on || !scale) this.set({ range: null });
+    else this.setRange(scale.low, scale.high);
+  }
+
+  private setRange(low: number, high: number): void {
+    const { shown } = this.viewer;
+    if (shown.kind === 'scalar') this.set({ range: { of: shown.name, ends: [low, high] } });
   }
 
   private takeRange(): void {
@@ -235,7 +249,7 @@ export class LookPanel {
       this.shell.say('A range goes from a number to one that is not smaller.', true);
       this.update();
     } else {
-      this.set({ range: [low, high] });
+      this.setRange(low, high);
     }
   }
 
@@ -261,7 +275,7 @@ export class LookPanel {
       input.disabled = value === undefined;
       if (input !== edited) input.value = value === undefined ? '' : String(Number(value.toPrecision(6)));
     }
-    tick(this.automatic, display.range === null);
+    tick(this.automatic, viewer.typedRange === null);
     tick(this.isolines, display.isolines);
     this.isolineCount.element.hidden = !display.isolines;
     this.isolineCount.show(display.isolineCount);

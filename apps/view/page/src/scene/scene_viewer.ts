@@ -22,8 +22,8 @@ import { ThickLines } from './thick_lines';
 /** How the user wants the picture, whatever it shows. */
 export interface Display {
   map: MapName | 'automatic';
-  /** null: as the values are. */
-  range: [number, number] | null;
+  /** Typed for the field of this name; others, and all with null, are shown as their values are. */
+  range: { of: string; ends: [number, number] } | null;
   isolines: boolean;
   isolineCount: number;
   wireframe: boolean;
@@ -226,7 +226,7 @@ export class SceneViewer implements Viewer {
     this.field = field;
     this.fieldMoved = true;
     if (field.kind === 'scalar') {
-      const [low, high] = this.display.range ?? [field.low, field.high];
+      const [low, high] = this.typedRange ?? [field.low, field.high];
       this.fieldScale = new ColourScale(low, high, this.display.map);
       this.look.setScale(this.fieldScale);
     }
@@ -235,6 +235,12 @@ export class SceneViewer implements Viewer {
     const lines = field.kind === 'scalar' && this.display.isolines && this.isolineStep > 0;
     this.look.setIsolines(lines ? this.fieldScale : null, this.isolineStep, 1.1 * this.stage.pixelRatio);
     this.tell();
+  }
+
+  /** What the user typed for the field that is shown; it goes before what a task wants. */
+  get typedRange(): [number, number] | null {
+    const { range } = this.display;
+    return this.field.kind === 'scalar' && range?.of === this.field.name ? range.ends : null;
   }
 
   get shown(): Shown {

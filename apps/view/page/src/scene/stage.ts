@@ -56,6 +56,7 @@ export class Stage {
   /** Around all that is drawn, for near and far. */
   private readonly bounds = new three.Sphere(new three.Vector3(), 1);
   private lost = false;
+  private background = '#ffffff';
   private assumed: [number, number] | null = null;
 
   constructor(
@@ -83,7 +84,7 @@ export class Stage {
     this.canvas.addEventListener('webglcontextrestored', () => {
       this.lost = false;
       say('');
-      this.invalidate();
+      this.setBackground(this.background); // three forgets it
     });
     this.resize();
   }
@@ -166,6 +167,7 @@ export class Stage {
   }
 
   setBackground(colour: string): void {
+    this.background = colour;
     this.renderer.setClearColor(colour);
     this.invalidate();
   }
