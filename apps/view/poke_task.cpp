@@ -179,7 +179,7 @@ class PokeTask : public Task {
         const std::lock_guard lock(stage_.mutex);
         nlohmann::json header = frame_header(name(), asked_, step.seconds, "");
         header["time"] = skin_->motion().time();
-        header["active"] = step.active;
+        header["active"] = std::max(domain.end(0) - 1, 0);
         header["step_seconds"] = step.seconds;
         header["late"] = 2 * late > steps;
         header["force"] = nullptr;

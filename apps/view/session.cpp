@@ -205,10 +205,12 @@ class Session::Implementation {
         return Download{name.ends_with(".csv") ? "text/csv" : "application/octet-stream", found->second};
     }
 
-    // From the solver thread.
+    // From the solver thread; of long work only.
     void tell_progress(const std::string& task, const ProgressReport& report) {
+        const std::lock_guard lock(stage_.mutex);
+        if (stage_.running != task) return;
         stage_.broadcast(text_message({{"kind", "progress"},
-                                       {"task", task.substr(0, task.find(' '))},
+                                       {"task", task},
                                        {"phase", report.phase},
                                        {"fraction", report.fraction}},
                                       "progress"));

@@ -10,12 +10,12 @@ test('between two painted values the field takes values between, and saves what 
     await viewer.tab('paint');
     const first = await viewer.visibleVertex(0);
     const second = await viewer.visibleVertex(300);
-    await viewer.fill('paint-value-number', 1);
     await viewer.clickVertex(first);
     await viewer.until((b) => b.state.paint.fixed.length === 1);
-    await viewer.fill('paint-value-number', 3);
     await viewer.clickVertex(second);
     await viewer.until((b) => b.state.paint.fixed.length === 2);
+    // The slider is now that of the second one.
+    await viewer.fill('paint-value-number', 3);
     await viewer.until(
       (b, [p, q]) => Math.abs(b.valueAt(p)?.[0] - 1) < 1e-6 && Math.abs(b.valueAt(q)?.[0] - 3) < 1e-6,
       [first, second],
