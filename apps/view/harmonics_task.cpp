@@ -179,7 +179,7 @@ class HarmonicsTask : public Task {
 
     // With the mutex locked.
     void update(long id) {
-        asked_ = std::max(asked_, id);
+        asked_ = id;
         stage_.post(name() + " update", id, false, [this](const Progress& progress) {
             draw(progress);
             return std::string();

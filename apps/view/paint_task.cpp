@@ -154,7 +154,7 @@ class PaintTask : public Task {
 
     // With the mutex locked; work takes what is fixed when it begins, so that it answers everything up to then.
     void solve(long id) {
-        asked_ = std::max(asked_, id);
+        asked_ = id;
         stage_.post(name(), id, false, [this](const Progress& progress) {
             update(progress);
             return std::string();

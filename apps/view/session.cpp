@@ -92,6 +92,7 @@ class Session::Implementation {
         const std::lock_guard lock(stage_.mutex);
         try {
             const Request request(text);
+            answered_ = request.id();
             dispatch(client, request);
             // A finger moves sixty times a second and changes nothing that a page must know before it lets go.
             if (request.name() != "poke.hold") stage_.state_changed();
@@ -160,7 +161,7 @@ class Session::Implementation {
     }
 
     [[nodiscard]] nlohmann::json state() const {
-        nlohmann::json json = {{"kind", "state"}, {"task", task_}, {"running", nullptr}, {"command", nlohmann::json::array()}};
+        nlohmann::json json = {{"kind", "state"}, {"id", answered_}, {"task", task_}, {"running", nullptr}, {"command", nlohmann::json::array()}};
         for (const auto& task : tasks_) {
             json[task->name()] = task->state();
             if (task->name() == task_) json["command"] = task->command();
@@ -232,6 +233,7 @@ class Session::Implementation {
     Outgoing mesh_message_;
     std::vector<std::unique_ptr<Task>> tasks_;
     std::string task_ = "look";
+    long answered_ = 0;  // the newest request
     std::set<ClientId> pages_;
     std::map<std::string, std::string> files_;
     Voice voice_;

@@ -29,7 +29,7 @@ export async function scratchFolder() {
 
 export async function startBrowser() {
   return chromium.launch({
-    executablePath: '/usr/bin/chromium',
+    executablePath: process.env.BELTRAMI_BROWSER ?? '/usr/bin/chromium',
     args: [
       '--headless',
       '--no-sandbox',
