@@ -150,6 +150,7 @@ Cells cells_between(const Cells& cells, const std::vector<Index>& cluster_of, In
     sorted.conservativeResize(count, Eigen::NoChange);
     const EqualRows groups(sorted, clusters);
     std::vector<Index> first;
+    first.reserve(static_cast<std::size_t>(groups.group_count()));
     for (Index g = 0; g < groups.group_count(); ++g)
         first.push_back(groups.group(g).front());
     std::sort(first.begin(), first.end());

@@ -118,7 +118,11 @@ void add_nodal(CLI::App& program, Run& run) {
         run.result()["functions"] = entries;
         run.result()["length"] = length;
         run.result()["lines"] = count;
-        if (Report* const report = run.for_report()) gather(*report, found, options->functions);
+        if (Report* const report = run.for_report()) {
+            gather(*report, found, options->functions);
+            for (const Index k : options->functions)
+                report->also_show({{fmt::format("function-{}", k), basis.function(k)}});
+        }
         const Mesh lines = all_lines(found, options->functions);
         run.write(lines, lines.fields(), [&](PictureOptions picture) {
             if (found.size() > 1) {

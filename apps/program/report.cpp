@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "beltrami/framework/write_mesh.hpp"
@@ -13,10 +14,12 @@ namespace beltrami::program {
 namespace {
 
 // Together with the page and the largest mesh that is drawn, a file of at most about 40 MB.
-constexpr std::size_t most_bytes_of_moments = 20'000'000;
+constexpr std::size_t most_bytes_of_moments = 24'000'000;
 constexpr std::size_t most_bytes_of_fields = 9'000'000;
 constexpr std::size_t most_moments = 60;
 constexpr Eigen::Index most_columns = 16;
+
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// Fields that can be drawn: of one column, or of three that belong together.
 Fields drawable(const Field& field) {
@@ -35,11 +38,23 @@ bool is_named(const Fields& fields, const std::string& name) {
     return std::any_of(fields.begin(), fields.end(), [&](const Field& field) { return field.name == name; });
 }
 
-std::size_t bytes_of(const std::vector<std::string>& pieces) {
-    std::size_t sum = 0;
-    for (const std::string& piece : pieces)
-        sum += piece.size();
-    return sum;
+/// As many pieces at equal distances as are together no larger than that, the first and the last among them.
+std::vector<std::string> every_nth_that_fit(std::vector<std::string> pieces, std::size_t most_bytes) {
+    for (std::size_t n = 1;; ++n) {
+        std::vector<std::size_t> chosen;
+        for (std::size_t i = 0; i + 1 < pieces.size(); i += n)
+            chosen.push_back(i);
+        if (!pieces.empty()) chosen.push_back(pieces.size() - 1);
+        std::size_t bytes = 0;
+        for (const std::size_t i : chosen)
+            bytes += pieces[i].size();
+        if (bytes > most_bytes && n < pieces.size()) continue;
+        std::vector<std::string> kept;
+        kept.reserve(chosen.size());
+        for (const std::size_t i : chosen)
+            kept.push_back(std::move(pieces[i]));
+        return kept;
+    }
 }
 
 /// Leaves every second one, from the first.
@@ -58,20 +73,32 @@ Report::Report(const Mesh& mesh, std::string name, MeshReport found, Index most_
       name_(std::move(name)),
       found_(std::move(found)),
       most_vertices_(most_vertices),
-      shown_(view::shown(mesh, most_vertices)),
-      at_start_(shown_) {}
+      shown_(view::shown(mesh, most_vertices)) {}
 
 void Report::show(const Mesh& mesh, const Fields& fields) {
-    if (mesh.vertex_count() == mesh_.vertex_count() && mesh.kind() == mesh_.kind() &&
-        mesh.cells() == mesh_.cells()) {
-        shown_ = view::moved(std::move(shown_), mesh.points());
-        mesh_ = mesh;
+    if (mesh_.kind() == CellKind::triangle && mesh.kind() == CellKind::segment)
+        return show_lines(mesh, fields);
+    if (mesh.vertex_count() == mesh_.vertex_count() && mesh.cells() == mesh_.cells()) {
+        if (!displaced_) shown_ = view::moved(std::move(shown_), mesh.points());
     } else {
         shown_ = view::shown(mesh, most_vertices_);
         found_ = beltrami::report(mesh);
-        mesh_ = mesh;
     }
+    mesh_ = mesh;
     also_show(fields);
+}
+
+// Their points are vertices of the page after those of the surface; fields of the one have no value on the other.
+void Report::show_lines(const Mesh& lines, const Fields& fields) {
+    const view::Shown drawn = view::shown(lines, most_vertices_);
+    points_of_lines_ = drawn.mesh.vertex_count();
+    shown_ = view::with_lines(shown_, drawn.mesh, mesh_.vertex_count());
+    for (const Field& field : fields) {
+        const Block on_lines = view::at_shown(field.values, drawn);
+        Block values = Block::Constant(mesh_.vertex_count() + on_lines.rows(), on_lines.cols(), no_value);
+        values.bottomRows(on_lines.rows()) = on_lines;
+        also_show({{field.name, values}});
+    }
 }
 
 void Report::also_show(const Fields& fields) {
@@ -104,7 +131,7 @@ void Report::last_moment(double time, const Block& values) {
 }
 
 void Report::keep(double time, const Block& values) {
-    const Block there = view::at_shown(values, at_start_);
+    const Block there = view::at_shown(values, shown_);
     columns_ = there.cols();
     const BlockOf<float> floats = there.cast<float>();
     moments_.push_back({time, std::vector<float>(floats.data(), floats.data() + floats.size())});
@@ -120,11 +147,15 @@ nlohmann::json Report::pack_fields() {
         also_show({carried});
     std::size_t bytes = 0;
     nlohmann::json left_out = nlohmann::json::array();
-    for (const Field& field : fields_) {
+    const Eigen::Index rows = mesh_.vertex_count() + points_of_lines_;
+    for (Field& field : fields_) {
         if (bytes > most_bytes_of_fields) {
             left_out.push_back(field.name);
             continue;
         }
+        const Eigen::Index missing = rows - field.values.rows();
+        field.values.conservativeResize(rows, Eigen::NoChange);
+        field.values.bottomRows(missing).setConstant(no_value);
         embedded_.push_back(
             view::embedded({view::field_parcel(field, shown_, view::meaning_of(field)), /*is_parcel=*/true}));
         bytes += embedded_.back().size();
@@ -137,14 +168,6 @@ nlohmann::json Report::pack_fields() {
 }
 
 nlohmann::json Report::pack_moments(const Progress* progress) {
-    if (displaced_) {
-        // From the mesh that is shown, which the run may have moved.
-        const BlockOf<float> way = (shown_.mesh.points() - at_start_.mesh.points()).cast<float>();
-        for (Moment& moment : moments_) {
-            for (std::size_t i = 0; i < moment.values.size(); ++i)
-                moment.values[i] -= way.data()[i];
-        }
-    }
     std::vector<std::string> packed(moments_.size());
 #pragma omp parallel for schedule(dynamic)
     for (std::size_t i = 0; i < moments_.size(); ++i) {
@@ -155,12 +178,7 @@ nlohmann::json Report::pack_moments(const Progress* progress) {
     }
     if (progress != nullptr) progress->check();
     moments_.clear();
-    while (packed.size() > 2 && bytes_of(packed) > most_bytes_of_moments) {
-        std::string last = std::move(packed.back());
-        packed.pop_back();
-        thin(packed);
-        packed.push_back(std::move(last));
-    }
+    packed = every_nth_that_fit(std::move(packed), most_bytes_of_moments);
     if (packed.size() < states_)
         notes_.push_back(fmt::format("{} of {} moments are in the report", packed.size(), states_));
     const std::size_t kept = packed.size();

@@ -24,16 +24,18 @@ class Report {
     /// The mesh that the run is about, before anything is done to it. most_vertices: that are drawn.
     Report(const Mesh& mesh, std::string name, MeshReport found, Index most_vertices);
 
-    /// What the run found. A mesh with the cells of the run's is that, moved; any other takes its place. Of fields with many
-    /// columns some are shown, as fields of their own; what the mesh carries comes after the run's own fields.
+    /// What the run found. A mesh with the cells of the run's is that, moved; segments where the run's has triangles are lines
+    /// on it; any other takes its place. Of fields with many columns some are shown, as fields of their own; what the mesh
+    /// carries comes after the run's own fields. Where there are moments of a displacement the mesh is shown as it was at
+    /// the start, and the moments move it.
     void show(const Mesh& mesh, const Fields& fields);
-    /// Fields to look at besides, on the mesh that is shown.
+    /// Fields to look at besides, on the run's mesh.
     void also_show(const Fields& fields);
 
     void chart(Chart chart);
 
     /// A state of a time series, called for every one in turn: `values` is asked for those that are kept, in the file's order.
-    /// Some dozens are, at equal distances. displaced: the values are displacements from the mesh at the start.
+    /// Some dozens are, at equal distances. displaced: the values are displacements from where the run's mesh is at the start.
     void moment(const std::string& name, bool displaced, double time, const std::function<Block()>& values);
     /// Keeps the last state, unless moment() has: call it once, after the last moment.
     void last_moment(double time, const Block& values);
@@ -54,6 +56,7 @@ class Report {
         std::vector<float> values;  // of the vertices that are shown, row after row
     };
 
+    void show_lines(const Mesh& lines, const Fields& fields);
     void keep(double time, const Block& values);
     void pack_mesh();
     nlohmann::json pack_fields();
@@ -64,7 +67,8 @@ class Report {
     MeshReport found_;
     Index most_vertices_;
     view::Shown shown_;
-    Fields fields_;
+    Fields fields_;  // rows of lines' points, where there are any, may be missing at the end
+    Index points_of_lines_ = 0;
     std::vector<Chart> charts_;
 
     std::string series_;
@@ -73,7 +77,6 @@ class Report {
     std::vector<Moment> moments_;
     std::size_t states_ = 0;  // so far
     std::size_t stride_ = 1;  // between those that are kept
-    view::Shown at_start_;    // which vertices moments are kept of, and from where displacements are
 
     std::vector<std::string> embedded_;
     std::vector<std::string> notes_;

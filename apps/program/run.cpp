@@ -43,9 +43,11 @@ Chart convergence(const LinearSummary& solver) {
         .across = "iteration",
         .up = std::string(name(solver.norm)),
         .logarithmic = true,
-        .lines = {
-            {.name = "error", .x = iterations, .y = Eigen::Map<const Vector>(solver.history.data(), n)},
-            {.name = "tolerance", .x = iterations, .y = Vector::Constant(n, solver.tolerance), .dashed = true}}};
+        .lines = {{.name = "error", .x = iterations, .y = Eigen::Map<const Vector>(solver.history.data(), n)},
+                  {.name = "tolerance",
+                   .x = iterations,
+                   .y = Vector::Constant(n, solver.tolerance),
+                   .dashed = true}}};
 }
 
 std::atomic<Progress*> cancelled_by_signal = nullptr;

@@ -35,6 +35,7 @@ Cells edges_at(Cells edges, const std::vector<Index>& shown_at) {
     const auto vertices = static_cast<Index>(shown_at.size());
     const EqualRows groups(kept, vertices);
     std::vector<Index> first;
+    first.reserve(static_cast<std::size_t>(groups.group_count()));
     for (Index g = 0; g < groups.group_count(); ++g)
         first.push_back(groups.group(g).front());
     return kept(first, Eigen::all);
@@ -95,11 +96,10 @@ Shown shown(const Mesh& mesh, Index most_vertices) {
         result.mesh = std::move(clusters.mesh);
         result.vertex_of = std::move(clusters.vertex_of);
         result.shown_at = std::move(clusters.cluster_of);
-        result.decimation = fmt::format("{} of {} vertices are drawn, {}", result.mesh.vertex_count(),
-                                        mesh.vertex_count(),
-                                        clusters.box > 0.0
-                                            ? fmt::format("one for each box of side {:.3g}", clusters.box)
-                                            : "those that can be seen");
+        result.decimation =
+            fmt::format("{} of {} vertices are drawn, {}", result.mesh.vertex_count(), mesh.vertex_count(),
+                        clusters.box > 0.0 ? fmt::format("one for each box of side {:.3g}", clusters.box)
+                                           : "those that can be seen");
     }
     if (is_surface(bare.kind())) find_marked_edges(bare, result);
     return result;
@@ -109,6 +109,24 @@ Shown moved(Shown shown, const Points& points) {
     shown.mesh = shown.mesh.with_points(
         shown.vertex_of.empty() ? points : Points(points(shown.vertex_of, Eigen::all)));
     return shown;
+}
+
+Shown with_lines(const Shown& shown, const Mesh& lines, Index vertex_count) {
+    const Index before = shown.mesh.vertex_count();
+    Points points(before + lines.vertex_count(), 3);
+    points << shown.mesh.points(), lines.points();
+    Shown both{Mesh(points, shown.mesh.cells()),
+               shown.vertex_of,
+               shown.shown_at,
+               shown.decimation,
+               shown.boundary,
+               shown.non_manifold,
+               lines.cells().array() + before};
+    if (!both.vertex_of.empty()) {
+        for (Index i = 0; i < lines.vertex_count(); ++i)
+            both.vertex_of.push_back(vertex_count + i);
+    }
+    return both;
 }
 
 Block at_shown(const Block& values, const Shown& shown) {
@@ -141,7 +159,7 @@ std::string mesh_parcel(const Shown& shown, const std::string& name, const Mesh&
     }
     parcel.add("positions", shown.mesh.points());
     parcel.add("triangles", drawn == CellKind::triangle ? shown.mesh.cells() : none);
-    parcel.add("segments", drawn == CellKind::segment ? shown.mesh.cells() : none);
+    parcel.add("segments", drawn == CellKind::segment ? shown.mesh.cells() : shown.lines);
     parcel.add("points", points);
     parcel.add("boundary", shown.boundary);
     parcel.add("non_manifold", shown.non_manifold);

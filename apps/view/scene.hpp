@@ -26,6 +26,7 @@ struct Shown {
     std::string decimation;    ///< a sentence where not all is drawn, else empty
     Cells boundary{0, 2};      ///< edges of one triangle; of surfaces only
     Cells non_manifold{0, 2};  ///< edges of three triangles or more
+    Cells lines{0, 2};         ///< segments that are drawn on a surface besides
 };
 
 /// With more than most_vertices vertices (at least 1): of tetrahedra only what the boundary uses, and where that is still too
@@ -35,6 +36,10 @@ Shown shown(const Mesh& mesh, Index most_vertices);
 
 /// The same with its vertices elsewhere. points: of all of the mesh's vertices, n x 3.
 Shown moved(Shown shown, const Points& points);
+
+/// The same with lines drawn on it. points: of a mesh of segments; they come after the vertices, numbered on from vertex_count,
+/// that of the file.
+Shown with_lines(const Shown& shown, const Mesh& lines, Index vertex_count);
 
 /// A row for each of the file's vertices -> a row for each that is sent.
 Block at_shown(const Block& values, const Shown& shown);

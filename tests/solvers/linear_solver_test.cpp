@@ -451,6 +451,28 @@ TEST(LinearSolver, ObeysWhoChooses) {
     }
 }
 
+TEST(LinearSolver, KeepsTheHistoryOfTheLastSolve) {
+    const Laplacian laplacian(shapes::icosphere(4));
+    const Block b = random_block(laplacian.vertex_count(), 2);
+    const Constraints held = some_held(laplacian.vertex_count(), 2, 3);
+    for (const auto& gamma : {std::vector{1.0}, std::vector{0.0, 1.0}}) {
+        for (const auto kind : {SolverKind::cg, SolverKind::multigrid, SolverKind::cholesky}) {
+            LinearSolver solver(PdeOperator(laplacian, 0.0, gamma), {.kind = kind});
+            Block x = Block::Zero(laplacian.vertex_count(), 2);
+            const LinearSummary summary = solver.solve(b, held, x);
+            ASSERT_TRUE(summary.converged) << summary.full();
+            ASSERT_EQ(summary.history.size(), static_cast<std::size_t>(summary.iterations));
+            if (summary.history.empty()) continue;  // a factor was exact at once
+            EXPECT_LE(summary.history.back(), summary.tolerance);
+            LinearSummary total = summary;
+            Block again = Block::Zero(laplacian.vertex_count(), 2);
+            const LinearSummary later = solver.solve(2.0 * b, held, again);
+            total.add(later);
+            EXPECT_EQ(total.history.size(), later.history.size());
+        }
+    }
+}
+
 TEST(LinearSolver, StopsAtTheLimitOfIterations) {
     const Laplacian laplacian(shapes::icosphere(3));
     LinearSolver solver(PdeOperator(laplacian, 0.0, {1.0}), {.kind = SolverKind::cg, .max_iterations = 4});
