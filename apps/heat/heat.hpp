@@ -17,6 +17,8 @@ Evolution heat(const Laplacian& laplacian, const Block& initial, const Constrain
                const EvolveOptions& options);
 
 /// A time in which heat crosses a good part of the mesh: it reaches about sqrt(4 t).
-inline double usual_heat_time(const Mesh& mesh) { return 0.25 * extent(mesh) * extent(mesh); }
+inline double usual_heat_time(const Mesh& mesh) {
+    return 0.25 * extent(mesh) * extent(mesh);
+}
 
 }  // namespace beltrami

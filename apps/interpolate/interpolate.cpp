@@ -34,8 +34,10 @@ void require_within(const Constraints& fixed, const Bounds& bounds) {
 }  // namespace
 
 Interpolator::Interpolator(const Laplacian& laplacian, const InterpolateOptions& options)
-    : laplacian_(laplacian), free_components_(options.free_components),
-      solver_(PdeOperator(laplacian, 0.0, term_weights(options.laplacian, options.bilaplacian)), options.linear) {
+    : laplacian_(laplacian),
+      free_components_(options.free_components),
+      solver_(PdeOperator(laplacian, 0.0, term_weights(options.laplacian, options.bilaplacian)),
+              options.linear) {
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
         if (laplacian.graph().degree(v) == 0) isolated_.push_back(v);
     }

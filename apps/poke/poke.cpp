@@ -97,7 +97,8 @@ Hold hold_of(const ContactState& contact, const Renumbering& order) {
 double least_seconds(const Laplacian& laplacian, const PokeOptions& options, const SurfaceSearch& surface,
                      const Contact& contact) {
     double least = std::numeric_limits<double>::infinity();
-    const ContactState moved{true, surface.closest(contact.point), contact.displacement + Vector3::Constant(1e-3)};
+    const ContactState moved{true, surface.closest(contact.point),
+                             contact.displacement + Vector3::Constant(1e-3)};
     const std::array hold{hold_of(moved, laplacian.order())};
     for (int trial = 0; trial < 3; ++trial) {
         LocalIntegrator motion(laplacian, options.skin, 1.0 / options.rate, 3, options.local);
@@ -121,7 +122,8 @@ const PokeOptions& checked(const PokeOptions& options) {
 }  // namespace
 
 TouchedSurface::TouchedSurface(const Mesh& mesh, const Laplacian& laplacian, const PokeOptions& options)
-    : laplacian_(laplacian), surface_(mesh),
+    : laplacian_(laplacian),
+      surface_(mesh),
       motion_(laplacian, checked(options).skin, 1.0 / options.rate, 3, options.local) {}
 
 LocalStep TouchedSurface::advance(std::span<const std::optional<Contact>> contacts,
@@ -191,8 +193,8 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
     };
     if (options.real_time) {
         const auto contacts = contacts_at(start);
-        const auto first =
-            std::find_if(contacts.begin(), contacts.end(), [](const auto& contact) { return contact.has_value(); });
+        const auto first = std::find_if(contacts.begin(), contacts.end(),
+                                        [](const auto& contact) { return contact.has_value(); });
         const double least = least_seconds(laplacian, options, surface, **first);
         if (least > dt) {
             throw InputError(

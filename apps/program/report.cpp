@@ -220,25 +220,4 @@ ChartLine line_of(std::string name, const std::vector<double>& x, const std::vec
     return {.name = std::move(name), .x = vector(x), .y = vector(y)};
 }
 
-std::string shell_line(const std::vector<std::string>& words) {
-    constexpr std::string_view plain = "@%+=:,./-_";
-    std::string line;
-    for (const std::string& word : words) {
-        if (!line.empty()) line += ' ';
-        const bool safe = !word.empty() && std::all_of(word.begin(), word.end(), [&](char c) {
-            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                   plain.find(c) != std::string_view::npos;
-        });
-        if (safe) {
-            line += word;
-            continue;
-        }
-        line += '\'';
-        for (const char c : word)
-            line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-        line += '\'';
-    }
-    return line;
-}
-
 }  // namespace beltrami::program

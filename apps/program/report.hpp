@@ -85,7 +85,4 @@ class Report {
 /// A line over numbers that were gathered one by one.
 ChartLine line_of(std::string name, const std::vector<double>& x, const std::vector<double>& y);
 
-/// Words as a shell would read them back, with blanks between.
-std::string shell_line(const std::vector<std::string>& words);
-
 }  // namespace beltrami::program

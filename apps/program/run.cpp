@@ -15,6 +15,7 @@
 
 #include "beltrami/apps/picture/camera.hpp"
 #include "view/page.hpp"
+#include "view/shell_line.hpp"
 
 namespace beltrami::program {
 
@@ -103,7 +104,7 @@ class Run::ProgressDisplay {
     Stopwatch watch_;
 };
 
-Run::Run(const std::vector<std::string>& words) : command_line_(shell_line(words)) {
+Run::Run(const std::vector<std::string>& words) : command_line_(view::shell_line(words)) {
     display_ = std::make_unique<ProgressDisplay>();
     progress_ = std::make_unique<Progress>([this](const ProgressReport& report) {
         if (!quiet_) display_->show(report);
@@ -142,15 +143,17 @@ void Run::add_options(CLI::App& command, Wants wants) {
             ->option_text("LOW,HIGH");
     }
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
-    command
-        .add_option("--report", report_file_,
-                    "one page with the interactive mesh, its fields, charts and the summary; opens offline")
-        ->option_text("FILE.html");
-    command
-        .add_option("--report-vertices", report_vertices_,
-                    "the most vertices that the report draws; larger meshes are clustered (default: 200000)")
-        ->check(CLI::Range(Index{1}, std::numeric_limits<Index>::max()))
-        ->option_text("N");
+    if (wants.report) {
+        command
+            .add_option("--report", report_file_,
+                        "one page with the interactive mesh, its fields, charts and the summary; opens offline")
+            ->option_text("FILE.html");
+        command
+            .add_option("--report-vertices", report_vertices_,
+                        "the most vertices that the report draws; larger meshes are clustered (default: 200000)")
+            ->check(CLI::Range(Index{1}, std::numeric_limits<Index>::max()))
+            ->option_text("N");
+    }
     command.add_option("--threads", threads_, "threads to use (default: all)")->option_text("N");
     if (wants.solver) {
         std::vector<std::string> solvers;

@@ -25,6 +25,7 @@ struct Wants {
     bool output = true;    ///< -o with fields, and a picture
     bool solver = true;    ///< which, and its tolerance
     bool picture = false;  ///< a picture, where -o is something else or nothing
+    bool report = true;
 };
 
 class Run {

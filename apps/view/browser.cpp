@@ -46,7 +46,8 @@ pid_t start(std::vector<std::string> words) {
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
     posix_spawnattr_setpgroup(&attributes, 0);
     pid_t process = -1;
-    const int failed = posix_spawn(&process, words.front().c_str(), &files, &attributes, argv.data(), environ);
+    const int failed =
+        posix_spawn(&process, words.front().c_str(), &files, &attributes, argv.data(), environ);
     posix_spawnattr_destroy(&attributes);
     posix_spawn_file_actions_destroy(&files);
     return failed == 0 ? process : -1;
@@ -60,7 +61,8 @@ std::filesystem::path write_door(const std::filesystem::path& folder, const std:
         out << "<!doctype html><title>beltrami view</title><meta name=referrer content=no-referrer>"
             << "<meta http-equiv=refresh content=\"0; url=" << url << "\">\n";
     });
-    std::filesystem::permissions(door, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+    std::filesystem::permissions(door,
+                                 std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
     return door;
 }
 
@@ -83,8 +85,8 @@ std::string HeadlessBrowser::find() {
                      "--picture of the other commands needs none");
 }
 
-HeadlessBrowser::HeadlessBrowser(const std::filesystem::path& door, const std::filesystem::path& folder, int width,
-                                 int height) {
+HeadlessBrowser::HeadlessBrowser(const std::filesystem::path& door, const std::filesystem::path& folder,
+                                 int width, int height) {
     std::vector<std::string> words = {find(),
                                       "--headless",
                                       "--disable-gpu",
@@ -105,7 +107,8 @@ HeadlessBrowser::HeadlessBrowser(const std::filesystem::path& door, const std::f
     words.push_back("file://" + door.string());
     const std::string program = words.front();
     process_ = start(std::move(words));
-    if (process_ < 0) throw InputError(fmt::format("{} cannot be started", program), "see whether it runs by itself");
+    if (process_ < 0)
+        throw InputError(fmt::format("{} cannot be started", program), "see whether it runs by itself");
 }
 
 HeadlessBrowser::~HeadlessBrowser() {

@@ -20,7 +20,8 @@ bool open_in_browser(const std::filesystem::path& door);
 class HeadlessBrowser {
   public:
     /// `folder`: of its own, for its profile. Throws InputError where none is installed.
-    HeadlessBrowser(const std::filesystem::path& door, const std::filesystem::path& folder, int width, int height);
+    HeadlessBrowser(const std::filesystem::path& door, const std::filesystem::path& folder, int width,
+                    int height);
     HeadlessBrowser(const HeadlessBrowser&) = delete;
     HeadlessBrowser& operator=(const HeadlessBrowser&) = delete;
     ~HeadlessBrowser();

@@ -134,8 +134,9 @@ class PaintTask : public Task {
         for (const Index v : vertices)
             more[v] = value;
         if (more.size() > most_fixed) {
-            throw InputError(fmt::format("{} vertices would be fixed; the viewer takes {}", more.size(), most_fixed),
-                             "use a smaller brush, or beltrami interpolate --fix-file");
+            throw InputError(
+                fmt::format("{} vertices would be fixed; the viewer takes {}", more.size(), most_fixed),
+                "use a smaller brush, or beltrami interpolate --fix-file");
         }
         fixed() = std::move(more);
     }

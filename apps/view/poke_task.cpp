@@ -43,7 +43,8 @@ class PokeTask : public Task {
         // Beyond this the linear skin has left all likeness of the surface.
         const double most = 2.0 * extent(stage_.mesh);
         if (!(contact.displacement.norm() <= most)) {
-            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide", contact.displacement.norm()),
+            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide",
+                                         contact.displacement.norm()),
                              "drag less far");
         }
         asked_ = request.id();
@@ -75,7 +76,8 @@ class PokeTask : public Task {
 
     [[nodiscard]] std::vector<std::string> command() const override {
         if (path_.empty()) return {};
-        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply", shell_word(stage_.argument), rate)};
+        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply",
+                            shell_word(stage_.argument), rate)};
     }
 
     [[nodiscard]] std::vector<Outgoing> newest() const override {

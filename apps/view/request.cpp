@@ -30,7 +30,8 @@ double finite(const nlohmann::json& json, const char* key, double low, double hi
 
 Index whole(const nlohmann::json& json, const char* key, Index low, Index high) {
     const double value = finite(json, key, low, high);
-    if (value != std::floor(value)) throw not_understood(fmt::format("'{}' is {:g}, not a whole number", key, value));
+    if (value != std::floor(value))
+        throw not_understood(fmt::format("'{}' is {:g}, not a whole number", key, value));
     return static_cast<Index>(value);
 }
 
@@ -85,7 +86,8 @@ std::vector<Index> Request::vertices(const char* key, Index vertex_count) const 
 std::vector<double> Request::numbers(const char* key, std::size_t size) const {
     const nlohmann::json& json = at(key);
     if (!json.is_array() || json.size() != size) {
-        throw not_understood(fmt::format("'{}' is not a list of {} number{}", key, size, size == 1 ? "" : "s"));
+        throw not_understood(
+            fmt::format("'{}' is not a list of {} number{}", key, size, size == 1 ? "" : "s"));
     }
     std::vector<double> list;
     for (const nlohmann::json& item : json)
@@ -97,15 +99,18 @@ bool Request::is_null(const char* key) const {
     return at(key).is_null();
 }
 
-std::optional<std::vector<std::pair<double, double>>> Request::pairs(const char* key, std::size_t most) const {
+std::optional<std::vector<std::pair<double, double>>> Request::pairs(const char* key,
+                                                                     std::size_t most) const {
     if (is_null(key)) return std::nullopt;
     const nlohmann::json& json = at(key);
     if (!json.is_array() || json.size() > most)
         throw not_understood(fmt::format("'{}' is not a list of at most {} pairs", key, most));
     std::vector<std::pair<double, double>> list;
     for (const nlohmann::json& item : json) {
-        if (!item.is_array() || item.size() != 2) throw not_understood(fmt::format("'{}' holds what is no pair", key));
-        list.emplace_back(finite(item[0], key, -farthest, farthest), finite(item[1], key, -farthest, farthest));
+        if (!item.is_array() || item.size() != 2)
+            throw not_understood(fmt::format("'{}' holds what is no pair", key));
+        list.emplace_back(finite(item[0], key, -farthest, farthest),
+                          finite(item[1], key, -farthest, farthest));
     }
     return list;
 }

@@ -1026,7 +1026,8 @@ std::string Server::Implementation::objection(const Request& request) const {
     // Following a link to the page is no request of the other site's: it knew the token and cannot read the answer.
     const bool followed = beast::iequals(request["Sec-Fetch-Mode"], "navigate") &&
                           beast::iequals(request["Sec-Fetch-Dest"], "document");
-    if (beast::iequals(request["Sec-Fetch-Site"], "cross-site") && !followed) return "a request that another site made";
+    if (beast::iequals(request["Sec-Fetch-Site"], "cross-site") && !followed)
+        return "a request that another site made";
     return {};
 }
 

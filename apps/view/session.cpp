@@ -33,17 +33,25 @@ std::string bytes_of(const std::filesystem::path& path) {
 
 class Session::Implementation {
   public:
-    Implementation(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian, SessionOptions options)
+    Implementation(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian,
+                   SessionOptions options)
         : options_(std::move(options)),
-          stage_{.mesh = mesh, .report = report, .laplacian = laplacian, .argument = options_.argument, .scratch = options_.scratch},
+          stage_{.mesh = mesh,
+                 .report = report,
+                 .laplacian = laplacian,
+                 .argument = options_.argument,
+                 .scratch = options_.scratch},
           shown_(shown(mesh, mesh.vertex_count())),
-          worker_([this](const std::string& task, const ProgressReport& report) { tell_progress(task, report); }) {
+          worker_([this](const std::string& task, const ProgressReport& report) {
+              tell_progress(task, report);
+          }) {
         stage_.worker = &worker_;
         stage_.broadcast = [this](Outgoing message) {
             if (voice_.broadcast) voice_.broadcast(std::move(message));
         };
         stage_.state_changed = [this] { stage_.broadcast(text_message(state(), "state")); };
-        for (const auto make : {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
+        for (const auto make :
+             {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
             tasks_.push_back(make(stage_));
         mesh_message_ = parcel_message(
             mesh_parcel(shown_, std::filesystem::path(options_.argument).filename().string(), mesh, report));
@@ -161,7 +169,11 @@ class Session::Implementation {
     }
 
     [[nodiscard]] nlohmann::json state() const {
-        nlohmann::json json = {{"kind", "state"}, {"id", answered_}, {"task", task_}, {"running", nullptr}, {"command", nlohmann::json::array()}};
+        nlohmann::json json = {{"kind", "state"},
+                               {"id", answered_},
+                               {"task", task_},
+                               {"running", nullptr},
+                               {"command", nlohmann::json::array()}};
         for (const auto& task : tasks_) {
             json[task->name()] = task->state();
             if (task->name() == task_) json["command"] = task->command();
@@ -176,7 +188,8 @@ class Session::Implementation {
         const std::string format = formats[request.word("format", formats)];
         Saved saved = task_ == "look" ? Saved{stage_.mesh, {}, {}} : current().saved();
         const std::string name = fmt::format("{}.{}", task_ == "look" ? "mesh" : task_, format);
-        if (format == "csv" && saved.csv.empty()) throw InputError("nothing was placed", "click on the surface");
+        if (format == "csv" && saved.csv.empty())
+            throw InputError("nothing was placed", "click on the surface");
         saver_.post(name, [this, name, format, saved = std::move(saved)](const Progress&) {
             nlohmann::json message = {{"kind", "saved"}, {"name", name}, {"path", "files/" + name}};
             std::string body = saved.csv;
@@ -184,7 +197,8 @@ class Session::Implementation {
                 if (format != "csv") {
                     const std::filesystem::path path = stage_.scratch / name;
                     // OBJ has room for a colour only.
-                    const bool holds = format != "obj" || (saved.fields.size() == 1 && saved.fields[0].name == "color");
+                    const bool holds =
+                        format != "obj" || (saved.fields.size() == 1 && saved.fields[0].name == "color");
                     write_mesh(path, saved.mesh, holds ? saved.fields : Fields{});
                     body = bytes_of(path);
                     std::filesystem::remove(path);
@@ -210,11 +224,9 @@ class Session::Implementation {
     void tell_progress(const std::string& task, const ProgressReport& report) {
         const std::lock_guard lock(stage_.mutex);
         if (stage_.running != task) return;
-        stage_.broadcast(text_message({{"kind", "progress"},
-                                       {"task", task},
-                                       {"phase", report.phase},
-                                       {"fraction", report.fraction}},
-                                      "progress"));
+        stage_.broadcast(text_message(
+            {{"kind", "progress"}, {"task", task}, {"phase", report.phase}, {"fraction", report.fraction}},
+            "progress"));
     }
 
     static std::string printable(const std::string& text) {
@@ -225,7 +237,8 @@ class Session::Implementation {
         return result;
     }
 
-    inline static const std::vector<std::string> task_words_ = {"look", "heat", "wave", "paint", "poke", "harmonics"};
+    inline static const std::vector<std::string> task_words_ = {"look",  "heat", "wave",
+                                                                "paint", "poke", "harmonics"};
 
     SessionOptions options_;
     Stage stage_;
@@ -242,7 +255,8 @@ class Session::Implementation {
     Worker worker_;
 };
 
-Session::Session(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian, SessionOptions options)
+Session::Session(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian,
+                 SessionOptions options)
     : implementation_(std::make_unique<Implementation>(mesh, report, laplacian, std::move(options))) {}
 
 Session::~Session() = default;

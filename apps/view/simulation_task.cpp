@@ -20,7 +20,9 @@ constexpr std::size_t most_placed = 1000;
 class SimulationTask : public Task {
   public:
     SimulationTask(Stage& stage, bool wave)
-        : Task(stage), wave_(wave), time_(wave ? usual_wave_time(stage.mesh) : usual_heat_time(stage.mesh)),
+        : Task(stage),
+          wave_(wave),
+          time_(wave ? usual_wave_time(stage.mesh) : usual_heat_time(stage.mesh)),
           steps_(wave ? 200 : 50) {}
 
     [[nodiscard]] std::string name() const override { return wave_ ? "wave" : "heat"; }
@@ -48,8 +50,9 @@ class SimulationTask : public Task {
 
     void run(const Request& request) override {
         if (placed_.empty()) {
-            throw InputError(wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
-                             "click on the surface");
+            throw InputError(
+                wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
+                "click on the surface");
         }
         Constraints given;
         for (const auto& [v, value] : placed_)
@@ -127,9 +130,9 @@ class SimulationTask : public Task {
             keep(frame, ran.steps, id, watch.seconds());
         };
         const Block zero = Block::Zero(stage_.vertex_count(), 1);
-        const Evolution evolution =
-            wave_ ? wave(stage_.laplacian, zero, given, options, {.beta_2 = ran.beta_2})
-                  : heat(stage_.laplacian, zero, given, options);
+        const Evolution evolution = wave_
+                                        ? wave(stage_.laplacian, zero, given, options, {.beta_2 = ran.beta_2})
+                                        : heat(stage_.laplacian, zero, given, options);
         return fmt::format("{} steps in {:.3g} s; {}", ran.steps, watch.seconds(), evolution.summary.brief());
     }
 

@@ -7,7 +7,8 @@
 namespace beltrami::view {
 
 Worker::Worker(std::function<void(const std::string&, const ProgressReport&)> on_progress)
-    : on_progress_(std::move(on_progress)), progress_([this](const ProgressReport& report) {
+    : on_progress_(std::move(on_progress)),
+      progress_([this](const ProgressReport& report) {
           const auto now = std::chrono::steady_clock::now();
           if (!on_progress_ || now - last_report_ < std::chrono::milliseconds(50)) return;
           last_report_ = now;

@@ -24,6 +24,8 @@ Evolution wave(const Laplacian& laplacian, const Block& initial, const Constrain
                const EvolveOptions& options, const Damping& damping = {});
 
 /// The time in which waves cross half the mesh.
-inline double usual_wave_time(const Mesh& mesh) { return extent(mesh); }
+inline double usual_wave_time(const Mesh& mesh) {
+    return extent(mesh);
+}
 
 }  // namespace beltrami

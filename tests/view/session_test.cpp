@@ -26,7 +26,9 @@ struct Message {
     json header;
     std::string arrays;
 
-    [[nodiscard]] std::vector<float> floats(const std::string& name) const { return array<float>(name, "f32"); }
+    [[nodiscard]] std::vector<float> floats(const std::string& name) const {
+        return array<float>(name, "f32");
+    }
     [[nodiscard]] std::vector<std::uint32_t> numbers(const std::string& name) const {
         return array<std::uint32_t>(name, "u32");
     }
@@ -58,7 +60,8 @@ Message decoded(const Outgoing& outgoing) {
 class Page {
   public:
     explicit Page(const Mesh& mesh, const std::string& argument = "mesh.obj")
-        : laplacian(mesh), session_(mesh, report(mesh), laplacian, {.argument = argument, .scratch = folder()}) {
+        : laplacian(mesh),
+          session_(mesh, report(mesh), laplacian, {.argument = argument, .scratch = folder()}) {
         session_.speak_through({[this](ClientId, const Outgoing& message) { take(message); },
                                 [this](const Outgoing& message) { take(message); }});
         handlers_ = session_.handlers();
@@ -129,7 +132,8 @@ void expect_near(const std::vector<float>& values, const Block& expected, double
     ASSERT_EQ(static_cast<Eigen::Index>(values.size()), expected.size());
     double worst = 0.0;
     for (Eigen::Index i = 0; i < expected.size(); ++i)
-        worst = std::max(worst, std::abs(static_cast<double>(values[static_cast<std::size_t>(i)]) - expected.data()[i]));
+        worst = std::max(
+            worst, std::abs(static_cast<double>(values[static_cast<std::size_t>(i)]) - expected.data()[i]));
     EXPECT_LE(worst, tolerance);
 }
 
@@ -169,7 +173,9 @@ TEST(ViewSession, ASimulationPausesResumesAndIsCancelled) {
     page.ask({{"do", "run"}, {"id", 1}});
     page.wait("frame", [](const Message& m) { return m.header["step"] == 3; });
     page.ask({{"do", "pause"}});
-    page.wait("state", [](const Message& m) { return m.header["running"].is_object() && m.header["running"]["paused"]; });
+    page.wait("state", [](const Message& m) {
+        return m.header["running"].is_object() && m.header["running"]["paused"];
+    });
     page.ask({{"do", "resume"}});
     page.wait("frame");
     page.ask({{"do", "pause"}});
@@ -187,14 +193,18 @@ TEST(ViewSession, PaintIsWhatTheLibraryComputesAndFollowsEveryChange) {
     page.ask({{"do", "paint.fix"}, {"vertices", {100, 101}}, {"value", {2.0}}, {"id", 3}});
     Constraints fixed{{0, 0.0}, {100, 2.0}, {101, 2.0}};
     const InterpolateOptions options{.laplacian = 1.0, .bilaplacian = 0.02};
-    expect_near(page.wait_for_id("frame", 3).floats("values"), interpolate(page.laplacian, fixed, options).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 3).floats("values"),
+                interpolate(page.laplacian, fixed, options).value, 1e-6);
     page.ask({{"do", "paint.fix"}, {"vertices", {101}}, {"value", nullptr}, {"id", 4}});
     fixed.free(101);
-    expect_near(page.wait_for_id("frame", 4).floats("values"), interpolate(page.laplacian, fixed, options).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 4).floats("values"),
+                interpolate(page.laplacian, fixed, options).value, 1e-6);
     page.ask({{"do", "paint.set"}, {"gamma_2", 0.0}, {"id", 5}});
-    expect_near(page.wait_for_id("frame", 5).floats("values"), interpolate(page.laplacian, fixed, {}).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 5).floats("values"), interpolate(page.laplacian, fixed, {}).value,
+                1e-6);
     EXPECT_EQ(page.state()["command"][0],
-              "beltrami interpolate mesh.obj --fix 0=0 --fix 100=2 --laplacian 1 --bilaplacian 0 --free-components keep -o "
+              "beltrami interpolate mesh.obj --fix 0=0 --fix 100=2 --laplacian 1 --bilaplacian 0 "
+              "--free-components keep -o "
               "paint.ply");
     page.ask({{"do", "clear"}, {"id", 6}});
     expect_near(page.wait_for_id("frame", 6).floats("values"), Block::Zero(mesh.vertex_count(), 1), 0.0);
@@ -222,7 +232,10 @@ TEST(ViewSession, APokeGrowsADomainThatVanishesAfterRelease) {
     Page page(mesh);
     page.turn_to("poke");
     const Points& p = mesh.points();
-    page.ask({{"do", "poke.hold"}, {"point", {p(0, 0), p(0, 1), p(0, 2)}}, {"displacement", {0.0, 0.0, -0.05}}, {"id", 1}});
+    page.ask({{"do", "poke.hold"},
+              {"point", {p(0, 0), p(0, 1), p(0, 2)}},
+              {"displacement", {0.0, 0.0, -0.05}},
+              {"id", 1}});
     const Message touched = page.wait("frame", [](const Message& m) { return m.header["active"] > 20; });
     EXPECT_TRUE(touched.header["force"].is_array());
     EXPECT_EQ(touched.floats("displacement").size(), 3 * touched.numbers("vertices").size());
@@ -232,7 +245,10 @@ TEST(ViewSession, APokeGrowsADomainThatVanishesAfterRelease) {
     EXPECT_TRUE(rest.header["force"].is_null());
     EXPECT_GE(page.state()["poke"]["waypoints"].get<int>(), 1);
     // Once more, on the same skin.
-    page.ask({{"do", "poke.hold"}, {"point", {p(9, 0), p(9, 1), p(9, 2)}}, {"displacement", {0.02, 0.0, 0.0}}, {"id", 3}});
+    page.ask({{"do", "poke.hold"},
+              {"point", {p(9, 0), p(9, 1), p(9, 2)}},
+              {"displacement", {0.02, 0.0, 0.0}},
+              {"id", 3}});
     page.wait("frame", [](const Message& m) { return m.header["active"] > 20; });
     page.close();  // whoever held it is gone
     page.wait("frame", [](const Message& m) { return m.numbers("vertices").empty(); });
@@ -250,9 +266,13 @@ TEST(ViewSession, HarmonicsAreCertifiedShownAndFilter) {
     ASSERT_EQ(spectrum.floats("frequencies").size(), 50U);
     EXPECT_NEAR(spectrum.floats("frequencies")[1], std::sqrt(2.0), 0.02);
     page.ask({{"do", "harmonics.show"}, {"k", 4}, {"id", 2}});
-    EXPECT_EQ(page.wait_for_id("frame", 2).floats("values").size(), static_cast<std::size_t>(mesh.vertex_count()));
+    EXPECT_EQ(page.wait_for_id("frame", 2).floats("values").size(),
+              static_cast<std::size_t>(mesh.vertex_count()));
     const double cutoff = spectrum.header["cutoff"];
-    page.ask({{"do", "harmonics.filter"}, {"curve", {{0.5 * cutoff, 1.0}, {0.6 * cutoff, 0.0}}}, {"on", "positions"}, {"id", 3}});
+    page.ask({{"do", "harmonics.filter"},
+              {"curve", {{0.5 * cutoff, 1.0}, {0.6 * cutoff, 0.0}}},
+              {"on", "positions"},
+              {"id", 3}});
     const Message smooth = page.wait_for_id("frame", 3);
     EXPECT_LT(smooth.header["roughness"], 1.0);
     EXPECT_EQ(smooth.floats("positions").size(), static_cast<std::size_t>(3 * mesh.vertex_count()));
@@ -331,14 +351,14 @@ TEST(ViewSession, GarbageIsRefused) {
         R"({"do":"save","format":"ply"})",
         R"({"do":"field","name":"x"})",
     };
-    for (const std::string text : {"", "null", "[]", "3", "{", "{\"do\":3}", "{\"do\":\"\"}", "{\"do\":\"paint.fix\"}",
-                                   R"({"do":"paint.fix","vertices":[99999],"value":[1]})",
-                                   R"({"do":"paint.fix","vertices":[1],"value":[1e400]})",
-                                   R"({"do":"heat.source","vertex":-1,"value":1})",
-                                   R"({"do":"heat.set","time":-1})", R"({"do":"heat.set","steps":1e9})",
-                                   R"({"do":"poke.hold","point":[0,0],"displacement":[0,0,0]})",
-                                   R"({"do":"poke.hold","point":[0,0,1],"displacement":[1e9,0,0]})",
-                                   R"({"do":"task","task":"../../etc"})", R"({"do":"save","format":"exe"})"}) {
+    for (const std::string text :
+         {"", "null", "[]", "3", "{", "{\"do\":3}", "{\"do\":\"\"}", "{\"do\":\"paint.fix\"}",
+          R"({"do":"paint.fix","vertices":[99999],"value":[1]})",
+          R"({"do":"paint.fix","vertices":[1],"value":[1e400]})",
+          R"({"do":"heat.source","vertex":-1,"value":1})", R"({"do":"heat.set","time":-1})",
+          R"({"do":"heat.set","steps":1e9})", R"({"do":"poke.hold","point":[0,0],"displacement":[0,0,0]})",
+          R"({"do":"poke.hold","point":[0,0,1],"displacement":[1e9,0,0]})",
+          R"({"do":"task","task":"../../etc"})", R"({"do":"save","format":"exe"})"}) {
         page.ask_raw(text);
         EXPECT_FALSE(page.wait("refused").header["what"].get<std::string>().empty()) << text;
     }
