@@ -5,6 +5,7 @@
 
 #include <array>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "beltrami/framework/stopwatch.hpp"
@@ -102,7 +103,7 @@ class PaintTask : public Task {
     // The first click should not wait for the first factor: one is made with any vertex held, and corrected for others.
     void enter() override {
         if (!fixed().empty()) return;
-        stage_.post(name(), 0, false, [this](const Progress& progress) {
+        stage_.post(name() + " solver", 0, false, [this](const Progress& progress) {
             Weights weights;
             {
                 const std::lock_guard lock(stage_.mutex);
@@ -130,15 +131,17 @@ class PaintTask : public Task {
             std::any_of(value.begin(), value.end(), [](double c) { return c < 0.0 || c > 1.0; })) {
             throw InputError("a colour is not within 0 to 1", "give red, green and blue from 0 to 1");
         }
-        FixedValues more = fixed();
-        for (const Index v : vertices)
-            more[v] = value;
-        if (more.size() > most_fixed) {
-            throw InputError(
-                fmt::format("{} vertices would be fixed; the viewer takes {}", more.size(), most_fixed),
-                "use a smaller brush, or beltrami interpolate --fix-file");
+        std::set<Index> more;
+        for (const Index v : vertices) {
+            if (!fixed().contains(v)) more.insert(v);
         }
-        fixed() = std::move(more);
+        const std::size_t count = fixed().size() + more.size();
+        if (count > most_fixed) {
+            throw InputError(fmt::format("{} vertices would be fixed; the viewer takes {}", count, most_fixed),
+                             "use a smaller brush, or beltrami interpolate --fix-file");
+        }
+        for (const Index v : vertices)
+            fixed().insert_or_assign(v, value);
     }
 
     void set(const Request& request) {
@@ -216,7 +219,7 @@ class PaintTask : public Task {
             if ((weights.bilaplacian > 0.0) == (solver_weights_.bilaplacian > 0.0))
                 options.linear.analysis = solver_->solver().analysis();
         }
-        solver_.emplace(stage_.laplacian, options);
+        solver_.emplace(stage_.laplacian(), options);
         solver_weights_ = weights;
         return *solver_;
     }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -24,7 +25,7 @@ constexpr std::size_t most_waypoints = 100000;
 
 class PokeTask : public Task {
   public:
-    using Task::Task;
+    explicit PokeTask(Stage& stage) : Task(stage), farthest_(2.0 * extent(stage.mesh)) {}
 
     [[nodiscard]] std::string name() const override { return "poke"; }
 
@@ -35,16 +36,18 @@ class PokeTask : public Task {
             return true;
         }
         if (request.name() != "poke.hold") return false;
+        const CellKind kind = stage_.mesh.kind();
+        if (kind != CellKind::triangle && kind != CellKind::tetrahedron) {
+            throw InputError(fmt::format("{} have no surface to touch", plural(kind)),
+                             "try heat, waves, painting or harmonics");
+        }
         const auto vector = [&](const char* key) {
             const std::vector<double> x = request.numbers(key, 3);
             return Vector3(x[0], x[1], x[2]);
         };
         const Contact contact{vector("point"), vector("displacement")};
-        // Beyond this the linear skin has left all likeness of the surface.
-        const double most = 2.0 * extent(stage_.mesh);
-        if (!(contact.displacement.norm() <= most)) {
-            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide",
-                                         contact.displacement.norm()),
+        if (!(contact.displacement.norm() <= farthest_)) {
+            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide", contact.displacement.norm()),
                              "drag less far");
         }
         asked_ = request.id();
@@ -66,6 +69,8 @@ class PokeTask : public Task {
     void clear(const Request&) override {
         held_.reset();
         path_.clear();
+        touched_.clear();
+        displacement_.resize(0, 3);
     }
 
     void leave() override { held_.reset(); }
@@ -76,8 +81,7 @@ class PokeTask : public Task {
 
     [[nodiscard]] std::vector<std::string> command() const override {
         if (path_.empty()) return {};
-        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply",
-                            shell_word(stage_.argument), rate)};
+        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply", shell_word(stage_.argument), rate)};
     }
 
     [[nodiscard]] std::vector<Outgoing> newest() const override {
@@ -86,22 +90,25 @@ class PokeTask : public Task {
     }
 
     [[nodiscard]] Saved saved() const override {
+        if (path_.empty()) throw InputError("nothing was touched yet", "drag the surface");
         std::string csv = "time,x,y,z,dx,dy,dz\n";
         for (const Waypoint& w : path_) {
             csv += fmt::format("{},{},{},{},{},{},{}\n", w.time, w.point.x(), w.point.y(), w.point.z(),
                                w.displacement.x(), w.displacement.y(), w.displacement.z());
         }
-        if (displacement_.size() == 0) throw InputError("nothing was touched yet", "drag the surface");
-        return {displaced(stage_.mesh, displacement_), {{"displacement", displacement_}}, csv};
+        Block displacement = Block::Zero(stage_.vertex_count(), 3);
+        displacement(touched_, Eigen::all) = displacement_;
+        return {displaced(stage_.mesh, displacement), {{"displacement", displacement}}, csv};
     }
 
   private:
     // On the solver thread, from the first touch until the surface is at rest.
     void move(const Progress& progress) {
         try {
+            progress.check();
             if (!skin_) {
                 PokeOptions options{.skin = skin_of(stage_.mesh), .rate = rate};
-                skin_.emplace(stage_.mesh, stage_.laplacian, options);
+                skin_.emplace(stage_.mesh, stage_.laplacian(), options);
             }
             constexpr std::chrono::duration<double> dt(1.0 / rate);
             const auto step_length = std::chrono::duration_cast<Clock::duration>(dt);
@@ -116,13 +123,13 @@ class PokeTask : public Task {
                 const LocalStep step = skin_->advance(std::span(&contact, 1), deadline);
                 ++steps;
                 late += step.in_time ? 0 : 1;
-                moving = contact || !skin_->motion().domain().empty();
+                const bool rests = !contact && skin_->motion().domain().empty();
                 // A machine that cannot keep up shows slow motion rather than the jumps of catching up.
                 tick = std::max(tick + step_length, Clock::now() - step_length);
-                if (!moving || Clock::now() >= next_frame) {
+                if (rests || Clock::now() >= next_frame) {
                     next_frame = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                                     std::chrono::duration<double>(1.0 / frames_per_second));
-                    moving = !tell(step, contact, late, steps) && moving;
+                    moving = tell(step, contact, late, steps);
                     late = 0;
                     steps = 0;
                 }
@@ -133,6 +140,7 @@ class PokeTask : public Task {
             const std::lock_guard lock(stage_.mutex);
             moving_ = false;
             held_.reset();
+            tell_rest();
             throw;
         }
     }
@@ -165,7 +173,7 @@ class PokeTask : public Task {
         return held_;
     }
 
-    // True where the surface is at rest and nothing touches it: moving has ended, under the lock that a new touch takes.
+    // False where the surface is at rest and nothing touches it: moving has ended, under the lock that a new touch takes.
     bool tell(const LocalStep& step, const std::optional<Contact>& contact, int late, int steps) {
         const LocalIntegrator& motion = skin_->motion();
         const ActiveDomain& domain = motion.domain();
@@ -173,7 +181,7 @@ class PokeTask : public Task {
         std::vector<Index> levels;
         Block displacement(std::max(domain.slot_count() - 1, 0), 3);
         for (Index s = 1; s < domain.slot_count(); ++s) {
-            vertices.push_back(stage_.laplacian.order().user(domain.vertex(s)));
+            vertices.push_back(stage_.laplacian().order().user(domain.vertex(s)));
             levels.push_back(s < domain.end(0) ? 2 : 1);
             const auto u = motion.u(s);
             displacement.row(s - 1) << u[0], u[1], u[2];
@@ -198,16 +206,30 @@ class PokeTask : public Task {
         parcel.add("displacement", displacement);
         newest_ = parcel_message(parcel.bytes(), name());
         stage_.broadcast(*newest_);
-        if (contact) {
-            displacement_ = Block::Zero(stage_.vertex_count(), 3);
-            for (std::size_t i = 0; i < vertices.size(); ++i)
-                displacement_.row(vertices[i]) = displacement.row(static_cast<Eigen::Index>(i));
+        if (contact && !path_.empty()) {
+            touched_ = std::move(vertices);
+            displacement_ = std::move(displacement);
         }
-        const bool at_rest = !held_ && domain.empty();
-        moving_ = !at_rest;
-        if (at_rest) stage_.state_changed();
-        return at_rest;
+        moving_ = held_ || !domain.empty();
+        if (!moving_) stage_.state_changed();
+        return moving_;
     }
+
+    // With the mutex locked; after a motion that was broken off.
+    void tell_rest() {
+        if (!newest_) return;
+        nlohmann::json header = frame_header(name(), asked_, 0.0, "");
+        header.update({{"active", 0}, {"late", false}, {"force", nullptr}, {"at", nullptr}});
+        Parcel parcel(std::move(header));
+        parcel.add("vertices", std::span<const Index>());
+        parcel.add("level", std::span<const Index>());
+        parcel.add("displacement", Block(0, 3));
+        newest_ = parcel_message(parcel.bytes(), name());
+        stage_.broadcast(*newest_);
+        stage_.state_changed();
+    }
+
+    double farthest_;  // beyond this the linear skin has left all likeness of the surface
 
     std::optional<Contact> held_;
     bool moving_ = false;        // a job is running or waiting
@@ -216,7 +238,8 @@ class PokeTask : public Task {
     long last_held_step_ = 0;
     long asked_ = 0;
     ContactPath path_;
-    Block displacement_;  // the newest while something touched
+    std::vector<Index> touched_;  // the newest vertices that were moved while something touched
+    Block displacement_ = Block(0, 3);  // of these
     std::optional<Outgoing> newest_;
     // Of the solver thread alone.
     std::optional<TouchedSurface> skin_;

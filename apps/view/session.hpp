@@ -1,5 +1,5 @@
 // What one run of the viewer holds: the mesh, its operator, the tasks and their results. Pages come and go; the session
-// stays, so that a page that is loaded again finds everything.
+// stays, so that a page that is loaded again finds everything. Without an operator the mesh can only be looked at.
 //
 //     Session session(mesh, report, laplacian, {.argument = "bunny.obj"});
 //     Server server(options, live_page(), session.handlers());
@@ -10,7 +10,9 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "beltrami/framework/mesh_report.hpp"
 #include "beltrami/operators/laplacian.hpp"
@@ -21,6 +23,8 @@ namespace beltrami::view {
 struct SessionOptions {
     std::string argument;           ///< MESH, as the user wrote it
     std::filesystem::path scratch;  ///< an existing folder for what is written on the way
+    /// Why there is no operator, a sentence.
+    std::string why_no_laplacian = "the mesh has no Laplacian";
     /// A message that each page gets after the mesh, such as `shoot`; none where it is empty.
     std::string greeting = {};
     /// For a page's binary message; none are taken where it is empty.
@@ -35,7 +39,8 @@ struct Voice {
 
 class Session {
   public:
-    Session(const Mesh& mesh, const MeshReport& report, const Laplacian& laplacian, SessionOptions options);
+    Session(const Mesh& mesh, const MeshReport& report, const std::optional<Laplacian>& laplacian,
+            SessionOptions options);
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
     /// Ends the solver thread, which may speak until then.

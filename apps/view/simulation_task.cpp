@@ -22,7 +22,8 @@ class SimulationTask : public Task {
     SimulationTask(Stage& stage, bool wave)
         : Task(stage),
           wave_(wave),
-          time_(wave ? usual_wave_time(stage.mesh) : usual_heat_time(stage.mesh)),
+          usual_time_(wave ? usual_wave_time(stage.mesh) : usual_heat_time(stage.mesh)),
+          time_(usual_time_),
           steps_(wave ? 200 : 50) {}
 
     [[nodiscard]] std::string name() const override { return wave_ ? "wave" : "heat"; }
@@ -42,7 +43,7 @@ class SimulationTask : public Task {
             return true;
         }
         if (request.name() != name() + ".set") return false;
-        if (request.has("time")) time_ = request.number("time", 1e-12 * time_, 1e12 * time_);
+        if (request.has("time")) time_ = request.number("time", 1e-12 * usual_time_, 1e12 * usual_time_);
         if (request.has("steps")) steps_ = request.integer("steps", 1, 10000);
         if (wave_ && request.has("beta_2")) beta_2_ = request.number("beta_2", 0.0, 1e6);
         return true;
@@ -50,9 +51,8 @@ class SimulationTask : public Task {
 
     void run(const Request& request) override {
         if (placed_.empty()) {
-            throw InputError(
-                wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
-                "click on the surface");
+            throw InputError(wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
+                             "click on the surface");
         }
         Constraints given;
         for (const auto& [v, value] : placed_)
@@ -120,6 +120,7 @@ class SimulationTask : public Task {
     };
 
     std::string simulate(const Constraints& given, const Settings& ran, long id, const Progress& progress) {
+        progress.check();
         const Stopwatch watch;
         EvolveOptions options{.time = ran.time,
                               .steps = ran.steps,
@@ -127,17 +128,18 @@ class SimulationTask : public Task {
                               .progress = &progress};
         options.on_frame = [&](const Frame& frame) {
             stage_.worker->wait_while_paused(progress);
-            keep(frame, ran.steps, id, watch.seconds());
+            keep(frame, ran.steps, id, watch.seconds(), progress);
         };
         const Block zero = Block::Zero(stage_.vertex_count(), 1);
-        const Evolution evolution = wave_
-                                        ? wave(stage_.laplacian, zero, given, options, {.beta_2 = ran.beta_2})
-                                        : heat(stage_.laplacian, zero, given, options);
+        const Evolution evolution =
+            wave_ ? wave(stage_.laplacian(), zero, given, options, {.beta_2 = ran.beta_2})
+                  : heat(stage_.laplacian(), zero, given, options);
         return fmt::format("{} steps in {:.3g} s; {}", ran.steps, watch.seconds(), evolution.summary.brief());
     }
 
-    void keep(const Frame& frame, int steps, long id, double seconds) {
+    void keep(const Frame& frame, int steps, long id, double seconds, const Progress& progress) {
         const std::lock_guard lock(stage_.mutex);
+        progress.check();  // whoever cleared the moments of this run has cancelled it under the lock
         last_ = frame.u;
         if (frame.step % stride_ != 0 && frame.step != steps) return;
         nlohmann::json header = frame_header(name(), id, seconds, "");
@@ -151,10 +153,12 @@ class SimulationTask : public Task {
         stage_.broadcast(moments_.back().message);
         if (moments_.size() * moments_.back().message.bytes->size() < most_bytes_of_moments) return;
         stride_ *= 2;
-        std::erase_if(moments_, [&](const Moment& moment) { return moment.step % stride_ != 0; });
+        std::erase_if(moments_,
+                      [&](const Moment& moment) { return moment.step % stride_ != 0 && moment.step != steps; });
     }
 
     bool wave_;
+    double usual_time_;
     std::map<Index, double> placed_;
     double time_;
     int steps_;

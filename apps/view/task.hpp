@@ -16,7 +16,6 @@
 #include "beltrami/beltrami.hpp"
 #include "request.hpp"
 #include "server.hpp"
-#include "shell_line.hpp"
 #include "worker.hpp"
 
 namespace beltrami::view {
@@ -25,21 +24,22 @@ namespace beltrami::view {
 struct Stage {
     Mesh mesh;
     MeshReport report;
-    Laplacian laplacian;
+    std::optional<Laplacian> made_laplacian;
+    std::string why_no_laplacian;   ///< a sentence where there is none
     std::string argument;           ///< MESH, as the user wrote it
     std::filesystem::path scratch;  ///< a folder of the program's own, removed at its end
 
     std::mutex mutex = {};
     Worker* worker = nullptr;
     std::function<void(Outgoing)> broadcast = {};
-    std::function<void()> state_changed = {};  ///< with the mutex locked
-    std::optional<std::string> running = {};   ///< long work that pages show as such
+    std::function<void()> state_changed = {};   ///< with the mutex locked
+    std::optional<std::string> running = {};    ///< long work that pages show as such
 
     /// Gives the worker something to do. Errors become messages to the pages. `announced`: long work, of which pages are told
     /// that it runs, that it has ended, and what work() returned.
-    void post(const std::string& task, long id, bool announced,
-              std::function<std::string(const Progress&)> work);
-    /// The vertex numbers and counts that a message needs.
+    void post(const std::string& task, long id, bool announced, std::function<std::string(const Progress&)> work);
+    /// Throws InputError where the mesh has none: it can only be looked at.
+    [[nodiscard]] const Laplacian& laplacian() const;
     [[nodiscard]] Index vertex_count() const { return mesh.vertex_count(); }
 };
 
@@ -55,6 +55,9 @@ struct Saved {
     Fields fields;
     std::string csv;  ///< what was placed; empty: nothing
 };
+
+/// A word of a command line, in quotes where a shell needs them.
+std::string shell_word(const std::string& word);
 
 class Task {
   public:

@@ -1,13 +1,15 @@
 #include "worker.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 namespace beltrami::view {
 
 Worker::Worker(std::function<void(const std::string&, const ProgressReport&)> on_progress)
     : on_progress_(std::move(on_progress)),
+      threads_(omp_get_max_threads()),
       progress_([this](const ProgressReport& report) {
           const auto now = std::chrono::steady_clock::now();
           if (!on_progress_ || now - last_report_ < std::chrono::milliseconds(50)) return;
@@ -34,6 +36,7 @@ void Worker::post(const std::string& kind, Work work) {
             std::find_if(waiting_.begin(), waiting_.end(), [&](const Job& job) { return job.kind == kind; });
         if (same != waiting_.end()) {
             same->work = std::move(work);
+            same->cancelled = false;
         } else {
             waiting_.push_back({kind, std::move(work)});
         }
@@ -41,25 +44,22 @@ void Worker::post(const std::string& kind, Work work) {
     changed_.notify_all();
 }
 
-void Worker::cancel() {
+void Worker::cancel(const std::string& kind) {
     {
         const std::lock_guard lock(mutex_);
-        paused_ = false;
-        if (running_) progress_.cancel();
+        if (running_ == kind) {
+            paused_ = false;
+            progress_.cancel();
+        }
+        for (Job& job : waiting_)
+            job.cancelled = job.cancelled || job.kind == kind;
     }
     changed_.notify_all();
 }
 
-std::optional<std::string> Worker::busy_with() const {
+void Worker::pause(const std::string& kind) {
     const std::lock_guard lock(mutex_);
-    if (running_) return running_;
-    if (!waiting_.empty()) return waiting_.front().kind;
-    return std::nullopt;
-}
-
-void Worker::pause() {
-    const std::lock_guard lock(mutex_);
-    paused_ = running_.has_value();
+    if (running_ == kind && !progress_.cancelled()) paused_ = true;
 }
 
 void Worker::resume() {
@@ -77,6 +77,7 @@ void Worker::wait_while_paused(const Progress& progress) {
 }
 
 void Worker::run() {
+    omp_set_num_threads(threads_);
     for (;;) {
         Job job;
         {
@@ -89,6 +90,7 @@ void Worker::run() {
             waiting_.pop_front();
             running_ = job.kind;
             progress_.restart();
+            if (job.cancelled) progress_.cancel();
         }
         job.work(progress_);
     }

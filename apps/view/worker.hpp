@@ -2,10 +2,11 @@
 //
 //     Worker worker;
 //     worker.post("paint", [&](const Progress& progress) { ... });    // replaces a "paint" that has not begun
-//     worker.cancel();                                                 // ends what is running; it throws Cancelled
+//     worker.cancel("paint");                                          // ends it, or will at its start: it throws Cancelled
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -32,13 +33,11 @@ class Worker {
 
     /// In the place of waiting work of the same kind, else behind all that waits.
     void post(const std::string& kind, Work work);
-    /// Ends what is running; what waits goes on.
-    void cancel();
+    /// Ends work of the kind. What waits finds itself cancelled when it begins, so that none goes without its end.
+    void cancel(const std::string& kind);
 
-    /// What is running or waits first; nothing when idle.
-    [[nodiscard]] std::optional<std::string> busy_with() const;
-
-    void pause();
+    /// Where work of the kind is running.
+    void pause(const std::string& kind);
     void resume();
     [[nodiscard]] bool paused() const { return paused_; }
     /// For work to call between its steps: waits while it is paused. Throws Cancelled.
@@ -48,6 +47,7 @@ class Worker {
     struct Job {
         std::string kind;
         Work work;
+        bool cancelled = false;
     };
     void run();
 
@@ -59,6 +59,7 @@ class Worker {
     std::atomic<bool> paused_ = false;
     bool ending_ = false;
     std::chrono::steady_clock::time_point last_report_;
+    int threads_;  // OpenMP keeps a number for each thread
     Progress progress_;
     std::thread thread_;  // the last: it uses all the others
 };
