@@ -145,12 +145,14 @@ void Run::add_options(CLI::App& command, Wants wants) {
     command.add_option("--summary", summary_file_, "what was done, as JSON")->option_text("FILE");
     if (wants.report) {
         command
-            .add_option("--report", report_file_,
-                        "one page with the interactive mesh, its fields, charts and the summary; opens offline")
+            .add_option(
+                "--report", report_file_,
+                "one page with the interactive mesh, its fields, charts and the summary; opens offline")
             ->option_text("FILE.html");
         command
-            .add_option("--report-vertices", report_vertices_,
-                        "the most vertices that the report draws; larger meshes are clustered (default: 200000)")
+            .add_option(
+                "--report-vertices", report_vertices_,
+                "the most vertices that the report draws; larger meshes are clustered (default: 200000)")
             ->check(CLI::Range(Index{1}, std::numeric_limits<Index>::max()))
             ->option_text("N");
     }

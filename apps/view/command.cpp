@@ -25,8 +25,9 @@ class ScratchFolder {
     ScratchFolder() {
         std::string name = (std::filesystem::temp_directory_path() / "beltrami-view-XXXXXX").string();
         if (mkdtemp(name.data()) == nullptr) {
-            throw InputError(fmt::format("no folder can be made in {}", std::filesystem::temp_directory_path().string()),
-                             "set TMPDIR to a folder that can be written");
+            throw InputError(
+                fmt::format("no folder can be made in {}", std::filesystem::temp_directory_path().string()),
+                "set TMPDIR to a folder that can be written");
         }
         path_ = name;
     }
@@ -106,9 +107,10 @@ void serve(Run& run, const ViewOptions& options, const Mesh& mesh) {
         {[&](view::ClientId client, view::Outgoing message) { server.send(client, std::move(message)); },
          [&](view::Outgoing message) { server.broadcast(std::move(message)); }});
     if (!server.loopback()) {
-        run.warn(fmt::format("the viewer listens on {}: whoever reaches it and knows the address can use it, and "
-                             "nothing that is sent is encrypted",
-                             options.server.host));
+        run.warn(
+            fmt::format("the viewer listens on {}: whoever reaches it and knows the address can use it, and "
+                        "nothing that is sent is encrypted",
+                        options.server.host));
     }
     const std::filesystem::path door = view::write_door(scratch.path(), server.url());
     std::optional<view::HeadlessBrowser> headless;
@@ -128,8 +130,10 @@ void serve(Run& run, const ViewOptions& options, const Mesh& mesh) {
         const Stopwatch waited;
         while (!stop.stop_requested()) {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
-            if (headless && !headless->running()) failed = "the browser ended before it had drawn the picture";
-            if (headless && waited.seconds() > 120.0) failed = "the browser did not draw the picture in 120 s";
+            if (headless && !headless->running())
+                failed = "the browser ended before it had drawn the picture";
+            if (headless && waited.seconds() > 120.0)
+                failed = "the browser did not draw the picture in 120 s";
             if (run.progress()->cancelled() || !failed.empty()) {
                 server.stop();
                 return;
@@ -145,7 +149,8 @@ void serve(Run& run, const ViewOptions& options, const Mesh& mesh) {
     if (png.empty()) {
         throw InputError(failed, "see whether Chromium runs by itself; BELTRAMI_BROWSER names another one");
     }
-    if (!png.starts_with("\x89PNG\r\n\x1a\n")) throw InputError("the page sent what is no picture", png.substr(0, 200));
+    if (!png.starts_with("\x89PNG\r\n\x1a\n"))
+        throw InputError("the page sent what is no picture", png.substr(0, 200));
     write_whole(options.screenshot, [&](std::ostream& out) { out << png; });
     run.wrote(options.screenshot);
 }
@@ -154,18 +159,21 @@ void serve(Run& run, const ViewOptions& options, const Mesh& mesh) {
 
 void add_view(CLI::App& program, Run& run) {
     auto* const command = program.add_subcommand(
-        "view", "the mesh in the browser: look at it, and touch it with heat, waves, paint, fingers and filters");
-    run.add_options(*command, {.output = false, .solver = false});
+        "view",
+        "the mesh in the browser: look at it, and touch it with heat, waves, paint, fingers and filters");
+    run.add_options(*command, {.output = false, .solver = false, .report = false});
     auto options = std::make_shared<ViewOptions>();
-    command->add_option("--port", options->server.port, "where to listen (default: any free port)")->option_text("P");
+    command->add_option("--port", options->server.port, "where to listen (default: any free port)")
+        ->option_text("P");
     command
         ->add_option("--host", options->server.host,
                      "the address to listen on (default: 127.0.0.1, this machine alone)")
         ->option_text("H");
     command->add_flag("--no-open", options->no_open, "print the address, and open no browser");
-    auto* const screenshot =
-        command->add_option("--screenshot", options->screenshot, "draw a picture with headless Chromium, and end")
-            ->option_text("OUT.png");
+    auto* const screenshot = command
+                                 ->add_option("--screenshot", options->screenshot,
+                                              "draw a picture with headless Chromium, and end")
+                                 ->option_text("OUT.png");
     command
         ->add_option("--camera", options->camera,
                      "from where: front, back, left, right, top, bottom, iso or x,y,z (default: front)")
@@ -174,7 +182,9 @@ void add_view(CLI::App& program, Run& run) {
     command->add_option("--up", options->up, "the axis that points up in the picture: x, y or z (default: y)")
         ->needs(screenshot)
         ->option_text("AXIS");
-    command->add_option("--field", options->field, "the field of the file to show")->needs(screenshot)->option_text("NAME");
+    command->add_option("--field", options->field, "the field of the file to show")
+        ->needs(screenshot)
+        ->option_text("NAME");
     command->add_option("--size", options->size, "of the picture in pixels (default: 1200,900)")
         ->delimiter(',')
         ->expected(2)
@@ -187,10 +197,12 @@ void add_view(CLI::App& program, Run& run) {
         if (!options->screenshot.empty()) run.also_writes(options->screenshot, "--screenshot");
         const Mesh mesh = run.load_mesh();
         if (mesh.vertex_count() > most_vertices) {
-            throw InputError(fmt::format("{} vertices are more than the viewer's {}", mesh.vertex_count(), most_vertices),
-                             "make a picture with --picture, or a report, which is decimated for display");
+            throw InputError(
+                fmt::format("{} vertices are more than the viewer's {}", mesh.vertex_count(), most_vertices),
+                "make a picture with --picture, or a report, which is decimated for display");
         }
-        if (!options->field.empty()) static_cast<void>(mesh.field(options->field));  // throws for one that is not there
+        if (!options->field.empty())
+            static_cast<void>(mesh.field(options->field));  // throws for one that is not there
         serve(run, *options, mesh);
         run.finish();
     });

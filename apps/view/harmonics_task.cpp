@@ -64,7 +64,8 @@ class HarmonicsTask : public Task {
     [[nodiscard]] std::vector<std::string> command() const override {
         if (!basis_) return {};
         const std::string mesh = shell_word(stage_.argument);
-        std::vector<std::string> lines = {fmt::format("beltrami harmonics {} -k {} -o BASIS", mesh, basis_->count())};
+        std::vector<std::string> lines = {
+            fmt::format("beltrami harmonics {} -k {} -o BASIS", mesh, basis_->count())};
         if (shown_) lines.front() += fmt::format(" --show {} --picture function.png", *shown_);
         if (!curve_) return lines;
         std::string line = fmt::format("beltrami filter {} --basis BASIS --filter curve:", mesh);
@@ -78,7 +79,8 @@ class HarmonicsTask : public Task {
         std::vector<Outgoing> messages;
         if (spectrum_) messages.push_back(*spectrum_);
         // The one that is not shown comes first: the page takes the last.
-        for (const std::optional<Outgoing>& message : {curve_ ? function_ : filtering_, curve_ ? filtering_ : function_}) {
+        for (const std::optional<Outgoing>& message :
+             {curve_ ? function_ : filtering_, curve_ ? filtering_ : function_}) {
             if (message) messages.push_back(*message);
         }
         return messages;
@@ -91,15 +93,18 @@ class HarmonicsTask : public Task {
             const double lambda = basis_->eigenvalues()[k];
             csv += fmt::format("{},{},{}\n", k, lambda, std::sqrt(std::max(lambda, 0.0)));
         }
-        if (filtered_.size() > 0 && curve_) return {filtered(stage_.mesh, targets[filtered_on_], filtered_), {}, csv};
+        if (filtered_.size() > 0 && curve_)
+            return {filtered(stage_.mesh, targets[filtered_on_], filtered_), {}, csv};
         if (shown_)
-            return {stage_.mesh, {{fmt::format("function-{}", *shown_), Block(basis_->function(*shown_))}}, csv};
+            return {
+                stage_.mesh, {{fmt::format("function-{}", *shown_), Block(basis_->function(*shown_))}}, csv};
         return {stage_.mesh, {}, csv};
     }
 
   private:
     void compute(const Request& request) {
-        const Index most = std::min<Index>(most_functions, stage_.vertex_count() - stage_.laplacian().isolated_vertices());
+        const Index most =
+            std::min<Index>(most_functions, stage_.vertex_count() - stage_.laplacian().isolated_vertices());
         const Index count = request.integer("count", 1, most);
         stage_.post(name(), request.id(), true,
                     [this, count](const Progress& progress) { return find(count, progress); });
@@ -112,7 +117,8 @@ class HarmonicsTask : public Task {
         SpectrumSummary summary;
         {
             // What an earlier, shorter or cancelled, run found is gone on with.
-            BasisWriter writer(folder, stage_.mesh, stage_.laplacian(), problem, description, {.resume = true});
+            BasisWriter writer(folder, stage_.mesh, stage_.laplacian(), problem, description,
+                               {.resume = true});
             SpectrumOptions options{.count = count, .progress = &progress};
             if (!writer.satisfies(options)) {
                 options = writer.continued(options);
@@ -127,8 +133,9 @@ class HarmonicsTask : public Task {
             fmt::format("residuals below {:.2g}, orthonormal to {:.2g}", basis->max_residual(),
                         basis->max_orthogonality_error())};
         for (const BandCertificate& band : basis->certificates()) {
-            certificate.push_back(fmt::format("{} eigenvalues between {:.6g} and {:.6g}, {} found", band.upper.below - band.lower.below,
-                                              band.lower.value, band.upper.value, band.found));
+            certificate.push_back(fmt::format("{} eigenvalues between {:.6g} and {:.6g}, {} found",
+                                              band.upper.below - band.lower.below, band.lower.value,
+                                              band.upper.value, band.found));
         }
         nlohmann::json header = {{"kind", "spectrum"},
                                  {"count", basis->count()},

@@ -137,8 +137,9 @@ class PaintTask : public Task {
         }
         const std::size_t count = fixed().size() + more.size();
         if (count > most_fixed) {
-            throw InputError(fmt::format("{} vertices would be fixed; the viewer takes {}", count, most_fixed),
-                             "use a smaller brush, or beltrami interpolate --fix-file");
+            throw InputError(
+                fmt::format("{} vertices would be fixed; the viewer takes {}", count, most_fixed),
+                "use a smaller brush, or beltrami interpolate --fix-file");
         }
         for (const Index v : vertices)
             fixed().insert_or_assign(v, value);

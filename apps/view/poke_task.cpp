@@ -47,7 +47,8 @@ class PokeTask : public Task {
         };
         const Contact contact{vector("point"), vector("displacement")};
         if (!(contact.displacement.norm() <= farthest_)) {
-            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide", contact.displacement.norm()),
+            throw InputError(fmt::format("a displacement of {:.3g} is more than the mesh is wide",
+                                         contact.displacement.norm()),
                              "drag less far");
         }
         asked_ = request.id();
@@ -81,7 +82,8 @@ class PokeTask : public Task {
 
     [[nodiscard]] std::vector<std::string> command() const override {
         if (path_.empty()) return {};
-        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply", shell_word(stage_.argument), rate)};
+        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply",
+                            shell_word(stage_.argument), rate)};
     }
 
     [[nodiscard]] std::vector<Outgoing> newest() const override {
@@ -238,7 +240,7 @@ class PokeTask : public Task {
     long last_held_step_ = 0;
     long asked_ = 0;
     ContactPath path_;
-    std::vector<Index> touched_;  // the newest vertices that were moved while something touched
+    std::vector<Index> touched_;        // the newest vertices that were moved while something touched
     Block displacement_ = Block(0, 3);  // of these
     std::optional<Outgoing> newest_;
     // Of the solver thread alone.

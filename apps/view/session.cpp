@@ -52,13 +52,16 @@ class Session::Implementation {
                  .argument = options_.argument,
                  .scratch = options_.scratch},
           shown_(shown(mesh, mesh.vertex_count())),
-          worker_([this](const std::string& task, const ProgressReport& report) { tell_progress(task, report); }) {
+          worker_([this](const std::string& task, const ProgressReport& report) {
+              tell_progress(task, report);
+          }) {
         stage_.worker = &worker_;
         stage_.broadcast = [this](Outgoing message) {
             if (voice_.broadcast) voice_.broadcast(std::move(message));
         };
         stage_.state_changed = [this] { tell_state(); };
-        for (const auto make : {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
+        for (const auto make :
+             {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
             tasks_.push_back(make(stage_));
         mesh_message_ = parcel_message(
             mesh_parcel(shown_, std::filesystem::path(options_.argument).filename().string(), mesh, report));
@@ -183,7 +186,11 @@ class Session::Implementation {
     }
 
     [[nodiscard]] nlohmann::json state() const {
-        nlohmann::json json = {{"kind", "state"}, {"id", answered_}, {"task", task_}, {"running", nullptr}, {"command", nlohmann::json::array()}};
+        nlohmann::json json = {{"kind", "state"},
+                               {"id", answered_},
+                               {"task", task_},
+                               {"running", nullptr},
+                               {"command", nlohmann::json::array()}};
         for (const auto& task : tasks_) {
             json[task->name()] = task->state();
             if (task->name() == task_) json["command"] = task->command();
@@ -220,16 +227,18 @@ class Session::Implementation {
         const std::string format = formats[request.word("format", formats)];
         Saved saved = task_ == "look" ? Saved{stage_.mesh, {}, {}} : current().saved();
         const std::string name = fmt::format("{}.{}", task_ == "look" ? "mesh" : task_, format);
-        if (format == "csv" && saved.csv.empty()) throw InputError("nothing was placed", "click on the surface");
-        saver_.post(fmt::format("{} {}", client, name),
-                    [this, client, name, format, saved = std::move(saved)](const Progress&) {
+        if (format == "csv" && saved.csv.empty())
+            throw InputError("nothing was placed", "click on the surface");
+        saver_.post(fmt::format("{} {}", client, name), [this, client, name, format,
+                                                         saved = std::move(saved)](const Progress&) {
             nlohmann::json message = {{"kind", "saved"}, {"name", name}, {"path", "files/" + name}};
             std::string body = saved.csv;
             try {
                 if (format != "csv") {
                     const std::filesystem::path path = stage_.scratch / name;
                     // OBJ has room for a colour only.
-                    const bool holds = format != "obj" || (saved.fields.size() == 1 && saved.fields[0].name == "color");
+                    const bool holds =
+                        format != "obj" || (saved.fields.size() == 1 && saved.fields[0].name == "color");
                     write_mesh(path, saved.mesh, holds ? saved.fields : Fields{});
                     body = bytes_of(path);
                     std::filesystem::remove(path);
@@ -264,11 +273,9 @@ class Session::Implementation {
     void tell_progress(const std::string& task, const ProgressReport& report) {
         const std::lock_guard lock(stage_.mutex);
         if (stage_.running != task) return;
-        stage_.broadcast(text_message({{"kind", "progress"},
-                                       {"task", task},
-                                       {"phase", report.phase},
-                                       {"fraction", report.fraction}},
-                                      "progress"));
+        stage_.broadcast(text_message(
+            {{"kind", "progress"}, {"task", task}, {"phase", report.phase}, {"fraction", report.fraction}},
+            "progress"));
     }
 
     static std::string printable(const std::string& text) {
@@ -280,7 +287,8 @@ class Session::Implementation {
     }
 
     static constexpr std::array simulations{"heat", "wave"};
-    inline static const std::vector<std::string> task_words_ = {"look", "heat", "wave", "paint", "poke", "harmonics"};
+    inline static const std::vector<std::string> task_words_ = {"look",  "heat", "wave",
+                                                                "paint", "poke", "harmonics"};
 
     SessionOptions options_;
     Stage stage_;

@@ -51,8 +51,9 @@ class SimulationTask : public Task {
 
     void run(const Request& request) override {
         if (placed_.empty()) {
-            throw InputError(wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
-                             "click on the surface");
+            throw InputError(
+                wave_ ? "nothing moves: no vertex is struck" : "there is no heat: no source is placed",
+                "click on the surface");
         }
         Constraints given;
         for (const auto& [v, value] : placed_)
@@ -153,8 +154,9 @@ class SimulationTask : public Task {
         stage_.broadcast(moments_.back().message);
         if (moments_.size() * moments_.back().message.bytes->size() < most_bytes_of_moments) return;
         stride_ *= 2;
-        std::erase_if(moments_,
-                      [&](const Moment& moment) { return moment.step % stride_ != 0 && moment.step != steps; });
+        std::erase_if(moments_, [&](const Moment& moment) {
+            return moment.step % stride_ != 0 && moment.step != steps;
+        });
     }
 
     bool wave_;

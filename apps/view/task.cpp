@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <new>
 #include <utility>
 
@@ -12,8 +11,8 @@ namespace beltrami::view {
 namespace {
 
 nlohmann::json done(const std::string& task, long id) {
-    return {{"kind", "done"}, {"task", task}, {"id", id},   {"text", ""}, {"cancelled", false},
-            {"error", ""},    {"hint", ""}};
+    return {{"kind", "done"},     {"task", task}, {"id", id},  {"text", ""},
+            {"cancelled", false}, {"error", ""},  {"hint", ""}};
 }
 
 }  // namespace
@@ -71,15 +70,6 @@ Outgoing text_message(const nlohmann::json& json, std::string replaces) {
 
 Outgoing parcel_message(std::string bytes, std::string replaces) {
     return {std::make_shared<const std::string>(std::move(bytes)), true, std::move(replaces)};
-}
-
-std::string shell_word(const std::string& word) {
-    const auto plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::string("_-./:=,+@%").find(static_cast<char>(c)) != std::string::npos; };
-    if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-    std::string text = "'";
-    for (const char c : word)
-        text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
 }
 
 void Task::run(const Request&) {

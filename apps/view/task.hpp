@@ -16,6 +16,7 @@
 #include "beltrami/beltrami.hpp"
 #include "request.hpp"
 #include "server.hpp"
+#include "shell_line.hpp"
 #include "worker.hpp"
 
 namespace beltrami::view {
@@ -32,12 +33,13 @@ struct Stage {
     std::mutex mutex = {};
     Worker* worker = nullptr;
     std::function<void(Outgoing)> broadcast = {};
-    std::function<void()> state_changed = {};   ///< with the mutex locked
-    std::optional<std::string> running = {};    ///< long work that pages show as such
+    std::function<void()> state_changed = {};  ///< with the mutex locked
+    std::optional<std::string> running = {};   ///< long work that pages show as such
 
     /// Gives the worker something to do. Errors become messages to the pages. `announced`: long work, of which pages are told
     /// that it runs, that it has ended, and what work() returned.
-    void post(const std::string& task, long id, bool announced, std::function<std::string(const Progress&)> work);
+    void post(const std::string& task, long id, bool announced,
+              std::function<std::string(const Progress&)> work);
     /// Throws InputError where the mesh has none: it can only be looked at.
     [[nodiscard]] const Laplacian& laplacian() const;
     [[nodiscard]] Index vertex_count() const { return mesh.vertex_count(); }
@@ -55,9 +57,6 @@ struct Saved {
     Fields fields;
     std::string csv;  ///< what was placed; empty: nothing
 };
-
-/// A word of a command line, in quotes where a shell needs them.
-std::string shell_word(const std::string& word);
 
 class Task {
   public:

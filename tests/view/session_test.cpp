@@ -33,7 +33,9 @@ struct Message {
     json header;
     std::string arrays;
 
-    [[nodiscard]] std::vector<float> floats(const std::string& name) const { return array<float>(name, "f32"); }
+    [[nodiscard]] std::vector<float> floats(const std::string& name) const {
+        return array<float>(name, "f32");
+    }
     [[nodiscard]] std::vector<std::uint32_t> numbers(const std::string& name) const {
         return array<std::uint32_t>(name, "u32");
     }
@@ -157,7 +159,8 @@ void expect_near(const std::vector<float>& values, const Block& expected, double
     ASSERT_EQ(static_cast<Eigen::Index>(values.size()), expected.size());
     double worst = 0.0;
     for (Eigen::Index i = 0; i < expected.size(); ++i)
-        worst = std::max(worst, std::abs(static_cast<double>(values[static_cast<std::size_t>(i)]) - expected.data()[i]));
+        worst = std::max(
+            worst, std::abs(static_cast<double>(values[static_cast<std::size_t>(i)]) - expected.data()[i]));
     EXPECT_LE(worst, tolerance);
 }
 
@@ -197,7 +200,9 @@ TEST(ViewSession, ASimulationPausesResumesAndIsCancelled) {
     page.ask({{"do", "run"}, {"id", 1}});
     page.wait("frame", [](const Message& m) { return m.header["step"] == 3; });
     page.ask({{"do", "pause"}});
-    page.wait("state", [](const Message& m) { return m.header["running"].is_object() && m.header["running"]["paused"]; });
+    page.wait("state", [](const Message& m) {
+        return m.header["running"].is_object() && m.header["running"]["paused"];
+    });
     page.ask({{"do", "resume"}});
     page.wait("frame");
     page.ask({{"do", "pause"}});
@@ -215,14 +220,18 @@ TEST(ViewSession, PaintIsWhatTheLibraryComputesAndFollowsEveryChange) {
     page.ask({{"do", "paint.fix"}, {"vertices", {100, 101}}, {"value", {2.0}}, {"id", 3}});
     Constraints fixed{{0, 0.0}, {100, 2.0}, {101, 2.0}};
     const InterpolateOptions options{.laplacian = 1.0, .bilaplacian = 0.02};
-    expect_near(page.wait_for_id("frame", 3).floats("values"), interpolate(page.laplacian(), fixed, options).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 3).floats("values"),
+                interpolate(page.laplacian(), fixed, options).value, 1e-6);
     page.ask({{"do", "paint.fix"}, {"vertices", {101}}, {"value", nullptr}, {"id", 4}});
     fixed.free(101);
-    expect_near(page.wait_for_id("frame", 4).floats("values"), interpolate(page.laplacian(), fixed, options).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 4).floats("values"),
+                interpolate(page.laplacian(), fixed, options).value, 1e-6);
     page.ask({{"do", "paint.set"}, {"gamma_2", 0.0}, {"id", 5}});
-    expect_near(page.wait_for_id("frame", 5).floats("values"), interpolate(page.laplacian(), fixed, {}).value, 1e-6);
+    expect_near(page.wait_for_id("frame", 5).floats("values"), interpolate(page.laplacian(), fixed, {}).value,
+                1e-6);
     EXPECT_EQ(page.state()["command"][0],
-              "beltrami interpolate mesh.obj --fix 0=0 --fix 100=2 --laplacian 1 --bilaplacian 0 --free-components keep -o "
+              "beltrami interpolate mesh.obj --fix 0=0 --fix 100=2 --laplacian 1 --bilaplacian 0 "
+              "--free-components keep -o "
               "paint.ply");
     page.ask({{"do", "clear"}, {"id", 6}});
     expect_near(page.wait_for_id("frame", 6).floats("values"), Block::Zero(mesh.vertex_count(), 1), 0.0);
@@ -250,7 +259,10 @@ TEST(ViewSession, APokeGrowsADomainThatVanishesAfterRelease) {
     Page page(mesh);
     page.turn_to("poke");
     const Points& p = mesh.points();
-    page.ask({{"do", "poke.hold"}, {"point", {p(0, 0), p(0, 1), p(0, 2)}}, {"displacement", {0.0, 0.0, -0.05}}, {"id", 1}});
+    page.ask({{"do", "poke.hold"},
+              {"point", {p(0, 0), p(0, 1), p(0, 2)}},
+              {"displacement", {0.0, 0.0, -0.05}},
+              {"id", 1}});
     const Message touched = page.wait("frame", [](const Message& m) { return m.header["active"] > 20; });
     EXPECT_TRUE(touched.header["force"].is_array());
     EXPECT_EQ(touched.floats("displacement").size(), 3 * touched.numbers("vertices").size());
@@ -260,7 +272,10 @@ TEST(ViewSession, APokeGrowsADomainThatVanishesAfterRelease) {
     EXPECT_TRUE(rest.header["force"].is_null());
     EXPECT_GE(page.state()["poke"]["waypoints"].get<int>(), 1);
     // Once more, on the same skin.
-    page.ask({{"do", "poke.hold"}, {"point", {p(9, 0), p(9, 1), p(9, 2)}}, {"displacement", {0.02, 0.0, 0.0}}, {"id", 3}});
+    page.ask({{"do", "poke.hold"},
+              {"point", {p(9, 0), p(9, 1), p(9, 2)}},
+              {"displacement", {0.02, 0.0, 0.0}},
+              {"id", 3}});
     page.wait("frame", [](const Message& m) { return m.header["active"] > 20; });
     page.close();  // whoever held it is gone
     page.wait("frame", [](const Message& m) { return m.numbers("vertices").empty(); });
@@ -278,9 +293,13 @@ TEST(ViewSession, HarmonicsAreCertifiedShownAndFilter) {
     ASSERT_EQ(spectrum.floats("frequencies").size(), 50U);
     EXPECT_NEAR(spectrum.floats("frequencies")[1], std::sqrt(2.0), 0.02);
     page.ask({{"do", "harmonics.show"}, {"k", 4}, {"id", 2}});
-    EXPECT_EQ(page.wait_for_id("frame", 2).floats("values").size(), static_cast<std::size_t>(mesh.vertex_count()));
+    EXPECT_EQ(page.wait_for_id("frame", 2).floats("values").size(),
+              static_cast<std::size_t>(mesh.vertex_count()));
     const double cutoff = spectrum.header["cutoff"];
-    page.ask({{"do", "harmonics.filter"}, {"curve", {{0.5 * cutoff, 1.0}, {0.6 * cutoff, 0.0}}}, {"on", "positions"}, {"id", 3}});
+    page.ask({{"do", "harmonics.filter"},
+              {"curve", {{0.5 * cutoff, 1.0}, {0.6 * cutoff, 0.0}}},
+              {"on", "positions"},
+              {"id", 3}});
     const Message smooth = page.wait_for_id("frame", 3);
     EXPECT_LT(smooth.header["roughness"], 1.0);
     EXPECT_EQ(smooth.floats("positions").size(), static_cast<std::size_t>(3 * mesh.vertex_count()));
@@ -359,14 +378,14 @@ TEST(ViewSession, GarbageIsRefused) {
         R"({"do":"save","format":"ply"})",
         R"({"do":"field","name":"x"})",
     };
-    for (const std::string text : {"", "null", "[]", "3", "{", "{\"do\":3}", "{\"do\":\"\"}", "{\"do\":\"paint.fix\"}",
-                                   R"({"do":"paint.fix","vertices":[99999],"value":[1]})",
-                                   R"({"do":"paint.fix","vertices":[1],"value":[1e400]})",
-                                   R"({"do":"heat.source","vertex":-1,"value":1})",
-                                   R"({"do":"heat.set","time":-1})", R"({"do":"heat.set","steps":1e9})",
-                                   R"({"do":"poke.hold","point":[0,0],"displacement":[0,0,0]})",
-                                   R"({"do":"poke.hold","point":[0,0,1],"displacement":[1e9,0,0]})",
-                                   R"({"do":"task","task":"../../etc"})", R"({"do":"save","format":"exe"})"}) {
+    for (const std::string text :
+         {"", "null", "[]", "3", "{", "{\"do\":3}", "{\"do\":\"\"}", "{\"do\":\"paint.fix\"}",
+          R"({"do":"paint.fix","vertices":[99999],"value":[1]})",
+          R"({"do":"paint.fix","vertices":[1],"value":[1e400]})",
+          R"({"do":"heat.source","vertex":-1,"value":1})", R"({"do":"heat.set","time":-1})",
+          R"({"do":"heat.set","steps":1e9})", R"({"do":"poke.hold","point":[0,0],"displacement":[0,0,0]})",
+          R"({"do":"poke.hold","point":[0,0,1],"displacement":[1e9,0,0]})",
+          R"({"do":"task","task":"../../etc"})", R"({"do":"save","format":"exe"})"}) {
         page.ask_raw(text);
         EXPECT_FALSE(page.wait("refused").header["what"].get<std::string>().empty()) << text;
     }
@@ -402,13 +421,14 @@ TEST(ViewSession, ACloudOfPointsCanBeLookedAt) {
     EXPECT_EQ(sent.numbers("points").size(), static_cast<std::size_t>(cloud.vertex_count()));
     page.ask({{"do", "field"}, {"name", "height"}});
     expect_near(page.wait("field").floats("values"), cloud.points().col(2), 1e-6);
-    for (const json& request : std::vector<json>{{{"do", "task"}, {"task", "paint"}},
-                                                 {{"do", "paint.fix"}, {"vertices", {0}}, {"value", {1.0}}},
-                                                 {{"do", "heat.source"}, {"vertex", 0}, {"value", 1.0}},
-                                                 {{"do", "poke.hold"}, {"point", {0, 0, 1}}, {"displacement", {0, 0, 0}}},
-                                                 {{"do", "harmonics.compute"}, {"count", 3}},
-                                                 {{"do", "run"}},
-                                                 {{"do", "clear"}}}) {
+    for (const json& request :
+         std::vector<json>{{{"do", "task"}, {"task", "paint"}},
+                           {{"do", "paint.fix"}, {"vertices", {0}}, {"value", {1.0}}},
+                           {{"do", "heat.source"}, {"vertex", 0}, {"value", 1.0}},
+                           {{"do", "poke.hold"}, {"point", {0, 0, 1}}, {"displacement", {0, 0, 0}}},
+                           {{"do", "harmonics.compute"}, {"count", 3}},
+                           {{"do", "run"}},
+                           {{"do", "clear"}}}) {
         page.ask(request);
         EXPECT_EQ(page.wait("refused").header["what"], "the mesh has no cells") << request;
     }
@@ -421,7 +441,8 @@ TEST(ViewSession, EveryTaskTakesSegmentsSolidsAndPieces) {
     const Mesh sphere = shapes::icosphere(2);
     Points with_strays(sphere.vertex_count() + 2, 3);
     with_strays << Points::Constant(1, 3, 0.5), sphere.points(), Points::Constant(1, 3, 9.0);
-    const Mesh strays(with_strays, Cells(sphere.cells().array() + 1));  // the first and the last vertex are in no cell
+    const Mesh strays(with_strays,
+                      Cells(sphere.cells().array() + 1));  // the first and the last vertex are in no cell
     for (const Mesh& mesh : {shapes::circle(30), shapes::tetrahedral_ball(3), strays,
                              shapes::together({sphere, sphere.with_points(sphere.points().array() + 5.0)})}) {
         SCOPED_TRACE(mesh.vertex_count());
@@ -429,7 +450,9 @@ TEST(ViewSession, EveryTaskTakesSegmentsSolidsAndPieces) {
         const Index far = mesh.vertex_count() - 1;
         for (const std::string task : {"heat", "wave"}) {
             page.turn_to(task);
-            page.ask({{"do", task == "heat" ? "heat.source" : "wave.impulse"}, {"vertex", far - 1}, {"value", 1.0}});
+            page.ask({{"do", task == "heat" ? "heat.source" : "wave.impulse"},
+                      {"vertex", far - 1},
+                      {"value", 1.0}});
             page.ask({{"do", task + ".set"}, {"steps", 3}});
             page.ask({{"do", "run"}, {"id", 1}});
             EXPECT_EQ(page.wait("done").header["error"], "");
@@ -441,11 +464,15 @@ TEST(ViewSession, EveryTaskTakesSegmentsSolidsAndPieces) {
         EXPECT_EQ(page.count("done"), 0U);
         page.turn_to("poke");
         const auto p = mesh.points().row(mesh.vertex_count() / 2);
-        page.ask({{"do", "poke.hold"}, {"point", {p[0], p[1], p[2]}}, {"displacement", {0.0, 0.0, 0.01}}, {"id", 3}});
+        page.ask({{"do", "poke.hold"},
+                  {"point", {p[0], p[1], p[2]}},
+                  {"displacement", {0.0, 0.0, 0.01}},
+                  {"id", 3}});
         if (mesh.kind() == CellKind::segment) {
             EXPECT_EQ(page.wait("refused").header["what"], "segments have no surface to touch");
         } else {
-            page.wait("frame", [](const Message& m) { return m.header["task"] == "poke" && m.header["active"] > 0; });
+            page.wait("frame",
+                      [](const Message& m) { return m.header["task"] == "poke" && m.header["active"] > 0; });
         }
         page.turn_to("harmonics");
         page.ask({{"do", "harmonics.compute"}, {"count", 8}, {"id", 4}});
@@ -463,7 +490,10 @@ TEST(ViewSession, WhatIsClearedWhileItRunsComesNoMore) {
     page.ask({{"do", "run"}, {"id", 1}});
     page.wait("frame");
     page.ask({{"do", "clear"}, {"id", 2}});
-    EXPECT_EQ(page.wait("state", [](const Message& m) { return m.header["id"] == 2; }).header["heat"]["sources"].size(), 0U);
+    EXPECT_EQ(page.wait("state", [](const Message& m) { return m.header["id"] == 2; })
+                  .header["heat"]["sources"]
+                  .size(),
+              0U);
     const Message done = page.wait_for_id("done", 1);
     EXPECT_TRUE(done.header["cancelled"]);
     page.ask({{"do", "save"}, {"format", "ply"}});
@@ -483,7 +513,9 @@ TEST(ViewSession, AClickEndsASimulationThatHasNotBegun) {
         page.ask({{"do", "run"}, {"id", 2 * id}});
         page.ask({{"do", "paint.fix"}, {"vertices", {0}}, {"value", {1.0}}, {"id", 2 * id + 1}});
         EXPECT_TRUE(page.wait_for_id("done", 2 * id).header["cancelled"]);
-        page.wait("frame", [&](const Message& m) { return m.header["task"] == "paint" && m.header["id"] == 2 * id + 1; });
+        page.wait("frame", [&](const Message& m) {
+            return m.header["task"] == "paint" && m.header["id"] == 2 * id + 1;
+        });
     }
     EXPECT_TRUE(page.state()["running"].is_null());
 }
@@ -532,9 +564,12 @@ TEST(ViewSession, APokeThatIsBrokenOffLeavesTheSurfaceAtRest) {
                        {"displacement", {0.0, 0.0, -0.05}}};
     for (int time = 0; time < 3; ++time) {
         page.ask(hold);
-        page.wait("frame", [](const Message& m) { return m.header["task"] == "poke" && m.header["active"] > 20; });
+        page.wait("frame",
+                  [](const Message& m) { return m.header["task"] == "poke" && m.header["active"] > 20; });
         page.ask({{"do", "paint.fix"}, {"vertices", {0}}, {"value", {1.0 + time}}, {"id", 7}});
-        page.wait("frame", [](const Message& m) { return m.header["task"] == "poke" && m.numbers("vertices").empty(); });
+        page.wait("frame", [](const Message& m) {
+            return m.header["task"] == "poke" && m.numbers("vertices").empty();
+        });
         page.wait_for_id("frame", 7);
     }
 }
