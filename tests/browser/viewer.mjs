@@ -4,8 +4,11 @@
 //     await viewer.tab('heat');
 //     await viewer.clickVertex(7);
 //     await viewer.close();
+//
+// BELTRAMI_PROGRAM is the program, if not that of the release build; BELTRAMI_PAGE a page that node build.mjs has made, in
+// place of the one in the program.
 import { execFile, spawn } from 'node:child_process';
-import { mkdtemp, rm } from 'node:fs/promises';
+import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
@@ -74,6 +77,8 @@ export async function startViewer(mesh, { size = { width: 1280, height: 800 }, a
   const server = await startProgram(mesh, ...args);
   const browser = await startBrowser();
   const context = await browser.newContext({ viewport: size, acceptDownloads: true });
+  // Of a page that it did not fetch itself the browser does not know that it is from this machine.
+  if (process.env.BELTRAMI_PAGE) await context.grantPermissions(['local-network-access']);
   const page = await context.newPage();
   const complaints = [];
   page.on('pageerror', (error) => complaints.push(error.message));
@@ -114,7 +119,7 @@ export async function startViewer(mesh, { size = { width: 1280, height: 800 }, a
     /** A vertex that nothing hides, the `skip`-th from the middle of the picture outwards. */
     async visibleVertex(skip = 0) {
       return viewer.see((b, n) => {
-        const canvas = document.querySelector('canvas').getBoundingClientRect();
+        const canvas = document.querySelector('.stage canvas').getBoundingClientRect();
         const seen = new Set();
         for (let ring = 0; ring < 40; ++ring) {
           for (let k = 0; k < Math.max(1, 6 * ring); ++k) {
@@ -141,6 +146,10 @@ export async function startViewer(mesh, { size = { width: 1280, height: 800 }, a
       if (status !== 0) throw new Error(`beltrami view ended with ${status}: ${server.log()}`);
     },
   };
+  if (process.env.BELTRAMI_PAGE) {
+    const body = await readFile(process.env.BELTRAMI_PAGE);
+    await page.route(server.url, (route) => route.fulfill({ contentType: 'text/html; charset=utf-8', body }));
+  }
   await page.goto(server.url);
   await viewer.ready();
   return viewer;

@@ -15,12 +15,13 @@ export class FieldLook {
     ends: { value: new three.Vector2(0, 1) },
     plain: { value: new three.Color() },
     noValue: { value: new three.Color(...noValueColour) },
-    isolines: { value: new three.Vector4(0, 1, nowhere, 1) },
+    isolines: { value: new three.Vector3(0, 1, nowhere) },
     inside: { value: new three.Color(0x2f6fd0) },
     ring: { value: new three.Color(0xd23b3b) },
     rim: { value: new three.Color(0x5e1010) },
     skyward: { value: new three.Vector3(0, 1, 0) },
     resolution: { value: new three.Vector2(1, 1) },
+    pixels: { value: 1 }, // of the drawing, for each of the page
   };
   private readonly materials: three.ShaderMaterial[] = [];
   private readonly switches = new Set<Switch>();
@@ -68,14 +69,14 @@ export class FieldLook {
   }
 
   /** Lines at the multiples of `step`; null: none. The line of zero is stronger where zero is the middle. */
-  setIsolines(scale: ColourScale | null, step: number, pixels: number): void {
+  setIsolines(scale: ColourScale | null, step: number): void {
     this.set('ISOLINES', scale !== null);
     if (!scale) return;
     // Counted from the multiple nearest to the range, or float loses the lines of a narrow range far from zero.
     const at = Math.round(scale.low / step) * step;
     const from = scale.position(at);
     const apart = scale.position(at + step) - from;
-    this.uniforms.isolines.value.set(from, apart > 0 ? apart : 1, scale.diverging ? 0.5 : nowhere, pixels);
+    this.uniforms.isolines.value.set(from, apart > 0 ? apart : 1, scale.diverging ? 0.5 : nowhere);
   }
 
   wear(palette: Palette): void {

@@ -225,3 +225,63 @@ export function outwardSide(positions: Float32Array, triangles: Uint32Array): 1 
   const signs = [...volume.values()].map(Math.sign);
   return signs.every((sign) => sign === 1) ? 1 : signs.every((sign) => sign === -1) ? -1 : 0;
 }
+
+/** The same surface with fewer triangles, their corners still vertices of the mesh: of each cell of a grid that has about
+ * `wanted` cells on the surface one vertex stands for all. */
+export function coarser(positions: Float32Array, triangles: Uint32Array, wanted: number): Uint32Array {
+  const { low, high } = boxOf(positions);
+  const spacing = Math.sqrt((1.7 * areaOf(positions, triangles)) / Math.max(wanted, 1));
+  const longest = Math.max(...low.map((x, k) => high[k] - x));
+  if (!(spacing > longest / 2000)) return triangles;
+  const [nx, ny] = low.map((x, k) => Math.floor((high[k] - x) / spacing) + 1);
+  const vertices = positions.length / 3;
+  const standIn = new Uint32Array(vertices);
+  const first = new Map<number, number>();
+  const away = new Float32Array(vertices); // of a stand-in from the middle of its cell
+  const cells = new Float64Array(vertices);
+  for (let v = 0; v < vertices; ++v) {
+    let distance = 0;
+    let cell = 0;
+    for (let k = 2; k >= 0; --k) {
+      const p = (positions[3 * v + k] - low[k]) / spacing;
+      const c = Math.floor(p);
+      cell = cell * (k === 1 ? ny : k === 0 ? nx : 1) + c;
+      distance += (p - c - 0.5) ** 2;
+    }
+    cells[v] = cell;
+    away[v] = distance;
+    const known = first.get(cell);
+    if (known === undefined || distance < away[known]) first.set(cell, v);
+  }
+  for (let v = 0; v < vertices; ++v) standIn[v] = first.get(cells[v]) ?? v;
+  const kept = new Uint32Array(triangles.length);
+  let count = 0;
+  for (let i = 0; i < triangles.length; i += 3) {
+    const a = standIn[triangles[i]];
+    const b = standIn[triangles[i + 1]];
+    const c = standIn[triangles[i + 2]];
+    if (a === b || b === c || c === a) continue;
+    kept[count] = a;
+    kept[count + 1] = b;
+    kept[count + 2] = c;
+    count += 3;
+  }
+  return kept.slice(0, count);
+}
+
+function areaOf(positions: Float32Array, triangles: Uint32Array): number {
+  let twice = 0;
+  for (let i = 0; i < triangles.length; i += 3) {
+    const a = 3 * triangles[i];
+    const b = 3 * triangles[i + 1];
+    const c = 3 * triangles[i + 2];
+    const ux = positions[b] - positions[a];
+    const uy = positions[b + 1] - positions[a + 1];
+    const uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a];
+    const vy = positions[c + 1] - positions[a + 1];
+    const vz = positions[c + 2] - positions[a + 2];
+    twice += Math.hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx);
+  }
+  return twice / 2;
+}

@@ -9,7 +9,7 @@ import type { Hit, Marker, ScalarOptions, Tool, Vec3, Viewer } from '../viewer';
 import { Arrows, VectorField } from './arrows';
 import type { Axis } from './camera';
 import { FieldLook } from './field_material';
-import { edgesOf, outwardSide } from './geometry';
+import { coarser, edgesOf, outwardSide } from './geometry';
 import { Markers } from './markers';
 import { Picker } from './picker';
 import { Pointer } from './pointer';
@@ -58,6 +58,7 @@ export type Shown =
 export type HoverListener = (hit: Hit | null, x: number, y: number) => void;
 
 const markerPixels = 15; // across
+const draftVertices = 12_000; // about so many of the surface are in a draft
 
 const arrayOf = (arrays: Arrays, name: string): Uint32Array => {
   const found = arrays[name];
@@ -138,7 +139,9 @@ export class SceneViewer implements Viewer {
       material.polygonOffset = true; // lines lie on it
       material.polygonOffsetFactor = 1;
       material.polygonOffsetUnits = 1;
-      this.add(new three.Mesh(this.indexed(triangles), material));
+      const drawn = new three.Mesh(this.indexed(triangles), material);
+      this.add(drawn);
+      if (stage.software && this.rest.length / 3 > 1.5 * draftVertices) this.draftSurface(drawn);
       // The inside of a closed surface is not seen. A graphics card does not mind drawing it, a processor does.
       if (stage.software && this.boundary.length + this.nonManifold.length === 0 && !mesh.decimated) {
         const outward = outwardSide(this.rest, triangles);
@@ -183,6 +186,18 @@ export class SceneViewer implements Viewer {
     this.setField({ kind: 'plain' });
   }
 
+  /** While something moves a processor draws fewer triangles, for which there must be nothing that shows each of them. */
+  private draftSurface(drawn: three.Mesh): void {
+    const full = drawn.geometry;
+    let coarse: three.BufferGeometry | null = null;
+    this.stage.leavingOut = true;
+    this.stage.beforeRender(() => {
+      const draft = this.stage.draft && !this.display.wireframe && !this.display.facets;
+      if (draft) coarse ??= this.indexed(coarser(this.rest, this.surface.triangles, draftVertices));
+      drawn.geometry = draft && coarse ? coarse : full;
+    });
+  }
+
   private add(object: three.Object3D): void {
     object.frustumCulled = false;
     this.stage.world.add(object);
@@ -192,6 +207,7 @@ export class SceneViewer implements Viewer {
   private indexed(index: Uint32Array): three.BufferGeometry {
     const geometry = new three.BufferGeometry();
     for (const [name, attribute] of Object.entries(this.geometry.attributes)) geometry.setAttribute(name, attribute);
+    if (this.rgb) geometry.setAttribute('rgb', this.rgb);
     geometry.setIndex(new three.BufferAttribute(index, 1));
     this.indexedGeometries.push(geometry);
     return geometry;
@@ -233,7 +249,7 @@ export class SceneViewer implements Viewer {
     this.look.set('SCALAR', field.kind === 'scalar');
     this.look.set('COLOURS', field.kind === 'colors');
     const lines = field.kind === 'scalar' && this.display.isolines && this.isolineStep > 0;
-    this.look.setIsolines(lines ? this.fieldScale : null, this.isolineStep, 1.1 * this.stage.pixelRatio);
+    this.look.setIsolines(lines ? this.fieldScale : null, this.isolineStep);
     this.tell();
   }
 
@@ -386,9 +402,9 @@ export class SceneViewer implements Viewer {
   private overlay(edges: Uint32Array, width: number, colour: three.IUniform): ThickLines {
     const plain = new FieldLook();
     const lines = new ThickLines(edges, plain, {
-      width: width * this.stage.pixelRatio,
+      width,
       nearer: 0.0012,
-      uniforms: { plain: colour, resolution: this.look.uniforms.resolution },
+      uniforms: { plain: colour, resolution: this.look.uniforms.resolution, pixels: this.look.uniforms.pixels },
     });
     lines.object.renderOrder = 2;
     lines.moveTo(this.surface.now);
@@ -448,11 +464,13 @@ export class SceneViewer implements Viewer {
   /** Before a frame: everything that has changed since the last goes to the graphics card. */
   private settle(): void {
     const size = this.stage.drawingSize;
+    const ratio = this.stage.drawnRatio;
     this.look.uniforms.resolution.value.copy(size);
+    this.look.uniforms.pixels.value = ratio;
     this.look.uniforms.skyward.value
       .copy(this.stage.camera.up)
       .transformDirection(this.stage.camera.matrixWorldInverse);
-    this.markers.uniforms.size.value = markerPixels * (size.y / this.stage.size[1]);
+    this.markers.uniforms.size.value = markerPixels * ratio;
     this.markers.uniforms.depth.value = 1.2 * markerPixels * this.stage.pixelAngle;
     if (this.surface.settle()) {
       const { now, centre, radius } = this.surface;

@@ -22,6 +22,7 @@ const fieldVertex = /* glsl */ `
 `;
 
 const fieldFragment = /* glsl */ `
+  uniform float pixels;       // of the drawing, for each of the page
   uniform sampler2D map;
   uniform vec2 ends;          // positions of the scale's ends
   uniform vec3 plain;
@@ -32,7 +33,7 @@ const fieldFragment = /* glsl */ `
     varying vec3 vColour;
   #endif
   #ifdef ISOLINES
-    uniform vec4 isolines;    // position of a line, distance of lines, position of zero (or far away), pixels
+    uniform vec3 isolines;    // position of a line, distance of lines, position of zero (or far away)
   #endif
   #ifdef DOMAIN
     uniform vec3 inside;
@@ -66,8 +67,9 @@ const fieldFragment = /* glsl */ `
       float zero = abs(vValue - isolines.z) / slope;
       // Lines that would run together fade out.
       float sparse = 1.0 - smoothstep(0.18, 0.4, slope / isolines.y);
-      float ink = 0.55 * sparse * (1.0 - smoothstep(0.5 * isolines.w - 0.5, 0.5 * isolines.w + 0.5, away));
-      ink = max(ink, 0.9 * (1.0 - smoothstep(isolines.w - 0.5, isolines.w + 0.5, zero)));
+      float thick = 1.1 * pixels;
+      float ink = 0.55 * sparse * (1.0 - smoothstep(0.5 * thick - 0.5, 0.5 * thick + 0.5, away));
+      ink = max(ink, 0.9 * (1.0 - smoothstep(thick - 0.5, thick + 0.5, zero)));
       return mix(c, vec3(0.03, 0.04, 0.06), ink);
     }
   #endif
@@ -160,7 +162,8 @@ export const thickVertex = /* glsl */ `
     varying vec3 vColour;
   #endif
   uniform vec2 resolution;
-  uniform float width;
+  uniform float width;        // in pixels of the page
+  uniform float pixels;
   uniform float nearer;       // how far toward the camera, of the distance: lines lie on the surface
   varying float vValue;
   varying float vLevel;
@@ -184,11 +187,11 @@ export const thickVertex = /* glsl */ `
     float pixels = length(along);
     along = pixels > 1e-6 ? along / pixels : vec2(1.0, 0.0);
     vec2 across = vec2(-along.y, along.x);
-    float reach = 0.5 * width + 0.5;      // half a pixel more, to fade
+    float reach = 0.5 * width * pixels + 0.5;  // half a pixel more, to fade
     vAcross = position.y * reach;
     vec4 corner = start ? p : q;
     // A little longer than they are, so that neighbours meet.
-    vec2 offset = across * vAcross + along * (position.x - 0.5) * width * 0.7;
+    vec2 offset = across * vAcross + along * (position.x - 0.5) * width * pixels * 0.7;
     corner.xy += 2.0 * offset / resolution * corner.w;
     gl_Position = corner;
   }
@@ -199,7 +202,7 @@ export const thickFragment = /* glsl */ `
   uniform float width;
   varying float vAcross;
   void main() {
-    float alpha = clamp(0.5 * width + 0.5 - abs(vAcross), 0.0, 1.0);
+    float alpha = clamp(0.5 * width * pixels + 0.5 - abs(vAcross), 0.0, 1.0);
     if (alpha < 0.02) discard;
     gl_FragColor = vec4(fieldColour(), alpha);
   }

@@ -1,10 +1,14 @@
-// Canvas, camera and the frames that are drawn: one when something has changed, none otherwise.
+// Canvas, camera and the frames that are drawn: one when something has changed, none otherwise. Where a processor draws,
+// what moves is drawn as a draft, with fewer pixels and what else `onDraft` leaves out; once it rests it is drawn in full.
 import * as three from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { type Axis, fitted, frameOf, upOf } from './camera';
 
 // All colours here are what a screen shows; three shall not convert them.
 three.ColorManagement.enabled = false;
+
+const draftPixels = 400_000; // at most
+const rest = 160; // ms without a change, then a draft is replaced
 
 const fieldOfView = 28; // degrees: little perspective, as one sees a thing that is held in the hand
 
@@ -50,6 +54,10 @@ export class Stage {
   private controls: OrbitControls;
   private up: Axis = 'y';
   private pending = 0;
+  private resting: number | undefined; // a timer: the last frame was a draft
+  private isDraft = false;
+  private leavesOut = false;
+  private viewed: [number, number] = [1, 1];
   private readonly before: (() => void)[] = [];
   private readonly after: (() => void)[] = [];
   private readonly movers: (() => void)[] = [];
@@ -89,11 +97,16 @@ export class Stage {
     this.resize();
   }
 
+  /** Of the picture in full. */
   get pixelRatio(): number {
     return this.software ? 1 : Math.min(window.devicePixelRatio, 2);
   }
+  private get draftRatio(): number {
+    const [width, height] = this.viewed;
+    return Math.min(this.pixelRatio, Math.sqrt(draftPixels / (width * height)));
+  }
   get size(): [number, number] {
-    return [Math.max(this.host.clientWidth, 1), Math.max(this.host.clientHeight, 1)];
+    return this.viewed;
   }
   get upAxis(): Axis {
     return this.up;
@@ -101,10 +114,24 @@ export class Stage {
 
   /** Draw soon. */
   invalidate(): void {
-    if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame());
+    window.clearTimeout(this.resting);
+    this.resting = undefined;
+    if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame(this.drafts));
   }
   get waiting(): boolean {
-    return this.pending !== 0;
+    return this.pending !== 0 || this.resting !== undefined;
+  }
+
+  private get drafts(): boolean {
+    return this.software && (this.leavesOut || this.draftRatio < this.pixelRatio);
+  }
+  /** Whether the frame that is drawn now is a draft. */
+  get draft(): boolean {
+    return this.isDraft;
+  }
+  /** Drafts are worth while whatever their size: something is left out. */
+  set leavingOut(on: boolean) {
+    this.leavesOut = on;
   }
   beforeRender(listener: () => void): void {
     this.before.push(listener);
@@ -117,14 +144,24 @@ export class Stage {
     this.movers.push(listener);
   }
 
-  private frame(): void {
+  private frame(draft: boolean): void {
     this.pending = 0;
     if (this.lost) return;
     const start = performance.now();
+    this.isDraft = draft;
+    const ratio = draft ? this.draftRatio : this.pixelRatio;
+    if (ratio !== this.renderer.getPixelRatio()) this.renderer.setPixelRatio(ratio);
     this.render();
     this.renderTime = performance.now() - start;
     ++this.renders;
     for (const listener of this.after) listener();
+    if (draft && this.pending === 0) this.resting = window.setTimeout(() => this.refine(), rest);
+  }
+
+  /** What a draft has shown is drawn in full, unless something has changed again by then. */
+  private refine(): void {
+    this.resting = undefined;
+    if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame(false));
   }
 
   private render(): void {
@@ -136,8 +173,8 @@ export class Stage {
   /** Draws now, width x height pixels with edges smoothed `finer` times, and hands the canvas to `use`; then all is as
    * before. */
   capture(width: number, height: number, finer: number, use: (canvas: HTMLCanvasElement) => void): void {
-    const ratio = this.renderer.getPixelRatio();
     const { aspect } = this.camera;
+    this.isDraft = false;
     this.renderer.setPixelRatio(1);
     this.renderer.setSize(width * finer, height * finer, false);
     this.camera.aspect = width / height;
@@ -146,7 +183,6 @@ export class Stage {
       this.render();
       use(this.canvas);
     } finally {
-      this.renderer.setPixelRatio(ratio);
       this.camera.aspect = aspect;
       this.resize();
     }
@@ -157,9 +193,15 @@ export class Stage {
     return this.renderer.getDrawingBufferSize(new three.Vector2());
   }
 
+  /** Drawing pixels of the frame that is drawn now for each of the page. */
+  get drawnRatio(): number {
+    return this.drawingSize.y / this.size[1];
+  }
+
   resize(): void {
-    const [width, height] = this.size;
-    this.renderer.setPixelRatio(this.pixelRatio);
+    this.viewed = [Math.max(this.host.clientWidth, 1), Math.max(this.host.clientHeight, 1)];
+    const [width, height] = this.viewed;
+    this.renderer.setPixelRatio(this.drafts ? this.draftRatio : this.pixelRatio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();

@@ -15,6 +15,7 @@ export class ThickLines {
   constructor(
     private readonly ends: Uint32Array,
     look: FieldLook,
+    /** width: in pixels of the page. */
     options: { width: number; nearer: number; uniforms?: Record<string, three.IUniform> },
   ) {
     this.geometry.setAttribute('position', new three.BufferAttribute(quad, 3));
@@ -34,10 +35,6 @@ export class ThickLines {
 
   get count(): number {
     return this.ends.length / 2;
-  }
-
-  set width(pixels: number) {
-    this.material.uniforms.width.value = pixels;
   }
 
   moveTo(positions: Float32Array): void {
