@@ -50,7 +50,9 @@ struct ViewOptions {
     std::string camera = "front";
     std::string up = "y";
     std::string field;
+    std::vector<double> range;
     std::vector<int> size = {1200, 900};
+    bool isolines = false;
     bool edges = false;
     bool dark = false;
 };
@@ -67,14 +69,21 @@ void check(const ViewOptions& options) {
             throw InputError(fmt::format("a picture of {}x{} pixels", options.size[0], options.size[1]),
                              "give a width and a height of 64 to 8192");
     }
+    if (!options.range.empty() && !(options.range[0] < options.range[1])) {
+        throw InputError(fmt::format("--range {},{} is no range", options.range[0], options.range[1]),
+                         "give LOW,HIGH with LOW < HIGH");
+    }
     view::HeadlessBrowser::find();
 }
 
 std::string shoot_message(const ViewOptions& options) {
-    return nlohmann::json{{"kind", "shoot"},        {"width", options.size[0]}, {"height", options.size[1]},
-                          {"view", options.camera}, {"up", options.up},         {"field", options.field},
-                          {"edges", options.edges}, {"dark", options.dark}}
-        .dump();
+    nlohmann::json message = {{"kind", "shoot"},           {"width", options.size[0]},
+                              {"height", options.size[1]}, {"view", options.camera},
+                              {"up", options.up},          {"field", options.field},
+                              {"range", nullptr},          {"isolines", options.isolines},
+                              {"edges", options.edges},    {"dark", options.dark}};
+    if (!options.range.empty()) message["range"] = options.range;
+    return message.dump();
 }
 
 void serve(Run& run, const ViewOptions& options, const Mesh& mesh) {
@@ -190,6 +199,12 @@ void add_view(CLI::App& program, Run& run) {
         ->expected(2)
         ->needs(screenshot)
         ->option_text("W,H");
+    command->add_option("--range", options->range, "the ends of the colour scale (default: by the values)")
+        ->delimiter(',')
+        ->expected(2)
+        ->needs(screenshot)
+        ->option_text("LOW,HIGH");
+    command->add_flag("--isolines", options->isolines, "draw lines of equal value")->needs(screenshot);
     command->add_flag("--edges", options->edges, "draw the edges of the cells")->needs(screenshot);
     command->add_flag("--dark", options->dark, "on a dark ground")->needs(screenshot);
     command->callback([&run, options] {

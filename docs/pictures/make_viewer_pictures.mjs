@@ -74,7 +74,7 @@ const scratch = await scratchFolder();
 try {
   const heat = scratch.file('heat.ply');
   await run('heat', bunny, '--source', '12736=100', '-o', heat, '--quiet');
-  await run('view', heat, '--screenshot', join(folder, 'screenshot.png'), '--field', 'u', '--size', '900,700', '--quiet');
+  await run('view', heat, '--screenshot', join(folder, 'screenshot.png'), '--field', 'u', '--range', '0,40', '--isolines', '--size', '900,700', '--quiet');
 } finally {
   await scratch.remove();
 }

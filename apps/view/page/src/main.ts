@@ -216,7 +216,8 @@ async function saveScreenshot(): Promise<void> {
 async function shoot(scene: SceneViewer, wanted: ShootMessage): Promise<void> {
   const { width, height } = wanted;
   shell.theme.choose(wanted.dark ? 'dark' : 'light', false);
-  scene.display = { ...scene.display, wireframe: wanted.edges };
+  const range = wanted.range && { of: wanted.field, ends: wanted.range };
+  scene.display = { ...scene.display, wireframe: wanted.edges, isolines: wanted.isolines, range };
   if (wanted.field && fields) await fields.whenShown(wanted.field);
   const legend = scene.shown.kind === 'plain' ? 0 : 40;
   scene.stage.insets = () => ({ top: 0, right: 0, bottom: legend, left: 0 });

@@ -175,6 +175,8 @@ export interface ShootMessage {
   view: string; // front, back, left, right, top, bottom, iso, or "x,y,z"
   up: 'x' | 'y' | 'z';
   field: string; // '' for none
+  range: [number, number] | null; // of the field's colour scale
+  isolines: boolean;
   edges: boolean;
   dark: boolean;
 }
