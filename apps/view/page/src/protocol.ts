@@ -50,6 +50,7 @@ export interface FieldMessage {
 /** Everything that the user did, complete; sent when a page connects and after every change. */
 export interface StateMessage {
   kind: 'state';
+  id?: number; // of the newest request that it knows of
   task: Task;
   heat: { sources: [number, number][]; time: number; steps: number };
   wave: { impulses: [number, number][]; time: number; steps: number; beta_2: number };
