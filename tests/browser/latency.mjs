@@ -60,20 +60,16 @@ function since(before) {
 /** What the page measured of `what` while `act` ran; CPU milliseconds in that time. */
 async function measured(viewer, what, act) {
   const last = (await viewer.see((b) => b.latencies())).at(-1)?.id ?? 0;
+  const shown = await viewer.see((b) => b.framesShown);
   const before = cpu();
   const start = performance.now();
   await act();
   const seconds = (performance.now() - start) / 1e3;
   const used = since(before);
+  const pictures = (await viewer.see((b) => b.framesShown)) - shown;
   await pause(300);
   const all = (await viewer.see((b) => b.latencies())).filter((l) => l.do === what && l.id > last);
-  return {
-    all,
-    seconds,
-    used,
-    times: all.map((l) => l.painted - l.sent),
-    pictures: new Set(all.map((l) => l.painted)).size,
-  };
+  return { all, seconds, used, pictures, times: all.map((l) => l.painted - l.sent) };
 }
 
 function rowOf({ seconds, used, times, pictures }) {

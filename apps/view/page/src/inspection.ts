@@ -12,6 +12,7 @@ import type { Hit, Vec3 } from './viewer';
  * | mesh                 | the MeshMessage                                                                          |
  * | state, lastFrame     | the last StateMessage and FrameMessage, null before the first (without their arrays)     |
  * | frameCount           | frame messages received                                                                  |
+ * | framesShown          | pictures that showed a frame which none had shown before                                 |
  * | renders, idle        | pictures drawn; whether none is about to be                                              |
  * | renderTime           | milliseconds of the page for the last picture                                            |
  * | shown                | kind 'plain', 'scalar' or 'colors', name, range [low, high] and colour map, vectors      |
@@ -36,6 +37,7 @@ export interface Inspection {
   readonly state: StateMessage | null;
   readonly lastFrame: FrameMessage | null;
   readonly frameCount: number;
+  readonly framesShown: number;
   readonly renders: number;
   readonly idle: boolean;
   readonly renderTime: number;
@@ -114,6 +116,9 @@ export function inspect({ shell, source, viewer }: Parts): Seen {
     },
     get frameCount() {
       return frameCount;
+    },
+    get framesShown() {
+      return source instanceof LiveSource ? source.latencies.shown : 0;
     },
     get renders() {
       return viewer()?.stage.renders ?? 0;

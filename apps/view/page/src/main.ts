@@ -35,8 +35,12 @@ let look: LookPanel | null = null;
 let fields: Fields | null = null;
 let moments: Moments | null = null;
 let report: ReportMessage | null = null;
+/** What the user turned to, until the program says that it has. */
+let turning: { to: Task; id: number } | null = null;
 /** Came before the mesh. */
 const early: Received[] = [];
+/** Frames that newer ones replace, until a picture is drawn. */
+const unseen = new Map<string, Received>();
 
 const shortcuts: Shortcut[] = [
   { keys: ['f'], shown: 'f', what: 'fit the mesh into the picture', act: () => fit() },
@@ -68,7 +72,10 @@ const shell = new PageShell(live ? ['look', ...tasks] : ['report', 'look'], {
 const say = (text: string, error?: boolean): void => shell.say(text, error);
 
 const source = live
-  ? new LiveSource(receive, say, (connected) => document.body.classList.toggle('apart', !connected))
+  ? new LiveSource(receive, say, (connected) => {
+      document.body.classList.toggle('apart', !connected);
+      turning = null;
+    })
   : new ReportSource(receive, say, () => endOfReport());
 const send = (request: Request): number => (source instanceof LiveSource ? source.send(request) : 0);
 
@@ -113,8 +120,13 @@ function begin(mesh: MeshMessage, received: Received): void {
   shell.onTab = (tab: Tab) => {
     if (tab === 'report' || !live) return;
     turnTo(tab);
-    send({ do: 'task', task: tab });
+    turning = { to: tab, id: send({ do: 'task', task: tab }) };
   };
+  scene.stage.atFirst(() => {
+    const newest = [...unseen.values()];
+    unseen.clear();
+    for (const frame of newest) panels?.receive(frame);
+  });
   scene.stage.afterRender(() => {
     if (source instanceof LiveSource) source.latencies.painted();
   });
@@ -146,13 +158,19 @@ function handle(received: Received): void {
       break;
     case 'frame':
       noteFrame(message);
-      break;
+      // Each moment of heat and waves is kept; of what follows a hand only the newest counts.
+      if (message.task === 'heat' || message.task === 'wave') break;
+      unseen.set(`${message.task} ${message.on ?? ''}`, received);
+      return;
   }
   panels?.receive(received);
 }
 
 function follow(state: StateMessage): void {
   seen.state = state;
+  // It may have been under way when the user chose another task.
+  if (turning && state.task !== turning.to && (state.id ?? Infinity) < turning.id) return;
+  turning = null;
   if (state.task === shell.tab) return;
   shell.choose(state.task, false);
   turnTo(state.task);
@@ -168,6 +186,7 @@ function turnTo(task: Task): void {
 
 function noteFrame(frame: FrameMessage): void {
   seen.noteFrame(frame);
+  panels?.answered(frame);
   if (source instanceof LiveSource) source.latencies.answered(frame.id);
   // It counts as painted with the next picture, also where it changes nothing.
   viewer?.stage.invalidate();

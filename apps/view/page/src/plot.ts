@@ -138,11 +138,14 @@ function labelled(splits: number[]): string[] {
   return splits.map((split) => (factor ? shortNumber(split, 3) : shortNumber(split, 6)));
 }
 
+const redrawn = 100; // ms between two pictures of a plot: the mesh is what must be quick
+
 export class GrowingPlot implements LivePlot {
   private readonly chart: Chart;
   private x: number[] = [];
   private y: number[][];
   private waiting = false;
+  private drawn = -Infinity;
 
   constructor(options: { title: string; across: string; lines: string[]; height?: number }, theme: Theme) {
     this.y = options.lines.map(() => []);
@@ -175,10 +178,13 @@ export class GrowingPlot implements LivePlot {
   private redraw(): void {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.chart.set([this.x, ...this.y]);
-    });
+    const left = this.drawn + redrawn - performance.now();
+    window.setTimeout(() => requestAnimationFrame(() => this.draw()), Math.max(left, 0));
+  }
+  private draw(): void {
+    this.waiting = false;
+    this.drawn = performance.now();
+    this.chart.set([this.x, ...this.y]);
   }
 }
 

@@ -21,6 +21,9 @@ export interface Latency {
 /** From a request to the picture that shows its answer. */
 export class Latencies {
   readonly measured: Latency[] = [];
+  /** Pictures that showed a frame which none had shown before. */
+  shown = 0;
+  private newer = false;
   private readonly waiting = new Map<number, { do: Request['do']; sent: number }>();
   private unpainted: Latency[] = [];
   private static readonly most = 10_000;
@@ -31,6 +34,7 @@ export class Latencies {
 
   /** A frame that answers `id`, and with it all that was asked before. */
   answered(id: number): void {
+    this.newer = true;
     const request = this.waiting.get(id);
     if (!request) return;
     this.unpainted.push({ id, ...request, received: performance.now(), painted: NaN });
@@ -42,6 +46,8 @@ export class Latencies {
 
   /** A picture has been drawn that shows everything received so far. */
   painted(): void {
+    if (this.newer) ++this.shown;
+    this.newer = false;
     if (this.unpainted.length === 0) return;
     const shown = this.unpainted;
     this.unpainted = [];

@@ -18,8 +18,8 @@ export interface Tool {
   cursor: string;
   /** True: the tool takes this drag, and the camera stays. */
   down(hit: Hit | null, event: PointerEvent): boolean;
-  /** Only during a drag that was taken. */
-  move(hit: Hit | null, event: PointerEvent): void;
+  /** Only during a drag that was taken. `hit` is worked out when it is asked for. */
+  move(hit: () => Hit | null, event: PointerEvent): void;
   up(event: PointerEvent): void;
 }
 

@@ -255,9 +255,11 @@ export class Evolution implements Panel {
         onClick(event, () => (hit === null ? this.select(null) : this.placeAt(hit)));
         return false;
       },
-      move: (hit, event) => {
-        if (this.dragged === null || start === null || hit === null) return;
+      move: (under, event) => {
+        if (this.dragged === null || start === null) return;
         if (this.dragged.to === this.dragged.from && !moved(start, event)) return;
+        const hit = under();
+        if (hit === null) return;
         this.dragged.to = hit.vertex;
         this.refresh();
       },

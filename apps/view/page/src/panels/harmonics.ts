@@ -157,14 +157,16 @@ export class Harmonics implements Panel {
     this.present();
   }
 
+  answered(frame: FrameMessage): void {
+    (frame.on === undefined ? this.browse : this.stream).answered(frame.id);
+  }
+
   frame(frame: FrameMessage, arrays: Arrays): void {
     const { vertices } = this.context.shell.viewer.mesh;
     if (frame.on === undefined) {
-      this.browse.answered(frame.id);
       const values = floats(arrays, 'values', vertices);
       if (values !== null && frame.shown !== undefined) this.mode = { k: frame.shown, values };
     } else {
-      this.stream.answered(frame.id);
       const values = floats(arrays, frame.on, 3 * vertices);
       if (values !== null) this.filtered = { on: frame.on, values };
       const roughness = frame.roughness === undefined ? '' : `Roughness ${short(frame.roughness, 3)} of what it was. `;

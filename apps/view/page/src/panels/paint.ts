@@ -201,9 +201,12 @@ export class Paint implements Panel {
     if (otherMode || this.fixed.size === 0) this.present();
   }
 
-  frame(frame: FrameMessage, arrays: Arrays): void {
+  answered(frame: FrameMessage): void {
     this.stream.answered(frame.id);
     this.weights.answered(frame.id);
+  }
+
+  frame(frame: FrameMessage, arrays: Arrays): void {
     const mode = frame.mode ?? 'scalar';
     const columns = mode === 'scalar' ? 1 : 3;
     const values = floats(arrays, 'values', columns * this.context.shell.viewer.mesh.vertices);
@@ -324,7 +327,7 @@ export class Paint implements Panel {
   }
 
   private tool(): Tool {
-    let drag: { move(hit: Hit | null, event: PointerEvent): void; up(): void } | null = null;
+    let drag: { move(hit: () => Hit | null, event: PointerEvent): void; up(): void } | null = null;
     return {
       cursor: 'crosshair',
       down: (hit, event) => {
@@ -333,7 +336,7 @@ export class Paint implements Panel {
         if (means !== 'point') {
           if (hit === null) return false;
           drag = this.stroke(means === 'erase' || event.shiftKey);
-          drag.move(hit, event);
+          drag.move(() => hit, event);
           return true;
         }
         const marker = markerUnder(this.context.shell.viewer, this.fixed.keys(), hit, event);
@@ -368,7 +371,8 @@ export class Paint implements Panel {
       return vertices.length === 0 ? null : { do: 'paint.fix', vertices, value };
     };
     return {
-      move: (hit: Hit | null) => {
+      move: (under: () => Hit | null) => {
+        const hit = under();
         if (hit === null) {
           stroke.lift();
           return;
@@ -404,7 +408,7 @@ export class Paint implements Panel {
     };
     let went = false;
     return {
-      move: (_: Hit | null, event: PointerEvent) => {
+      move: (_: () => Hit | null, event: PointerEvent) => {
         went ||= moved(start, event);
         if (!went || mode === 'colors') return;
         if (this.selected !== vertex) this.selected = vertex;

@@ -11,10 +11,12 @@ export interface Context {
 }
 
 /** The page is a function of the state: update() and frame() come whether the panel is looked at or not, show() when it
- * begins to be and hide() when it ceases. Only a panel that is looked at touches the picture. */
+ * begins to be and hide() when it ceases. Only a panel that is looked at touches the picture. answered() comes with each
+ * frame at once, frame() where newer ones replace it only for the newest before a picture is drawn. */
 export interface Panel {
   readonly work: Work;
   update(state: StateMessage): void;
+  answered?(frame: FrameMessage): void;
   frame(frame: FrameMessage, arrays: Arrays): void;
   show(): void;
   hide(): void;

@@ -5,7 +5,7 @@
 //     panels.receive(received);      // every message but mesh, field, report, moment and shoot
 //     panels.activate('heat');       // the panel whose task the picture shows
 import './panels.css';
-import type { Received, Request, Task } from '../protocol';
+import type { FrameMessage, Received, Request, Task } from '../protocol';
 import type { Shell, Viewer } from '../viewer';
 import { Harmonics } from './harmonics';
 import { heatPanel } from './heat';
@@ -74,6 +74,10 @@ export class Panels implements Context {
       default: // of the shell
         break;
     }
+  }
+
+  answered(frame: FrameMessage): void {
+    this.of(frame.task)?.answered?.(frame);
   }
 
   activate(task: Task): void {

@@ -18,7 +18,7 @@ export class Stream {
   /** The request is made when it is sent; null: nothing is left to send. */
   offer(make: () => Request | null): void {
     this.make = make;
-    this.schedule();
+    if (this.frame === 0) this.tick();
   }
 
   /** The end of a drag: what waits goes out now. */
@@ -50,8 +50,9 @@ export class Stream {
   private tick(): void {
     this.frame = 0;
     if (this.make === null) return;
+    // The next frame is waited for either way: it is the soonest time for the next request.
+    this.schedule();
     if (this.open || performance.now() - this.at >= this.patience) this.go();
-    else this.schedule();
   }
 
   private go(): void {

@@ -1,5 +1,9 @@
-// The pointer over the canvas: a tool gets it first, then the camera; without a drag it hovers, at most once a frame.
+// The pointer over the canvas: a tool gets it first, then the camera; without a drag it hovers, at most once a frame and
+// where that takes long less often.
 import type { Hit, Tool } from '../viewer';
+
+/** Of a surface that moves it takes long to find what lies under the pointer: time without, for each time with. */
+const hoverRest = 6;
 
 export interface PointerHost {
   canvas: HTMLCanvasElement;
@@ -14,6 +18,7 @@ export class Pointer {
   private dragging: number | null = null; // the pointer that the tool has taken
   private waiting: PointerEvent | null = null;
   private turning = false;
+  private restUntil = 0;
 
   constructor(private readonly host: PointerHost) {
     const { canvas } = host;
@@ -48,8 +53,13 @@ export class Pointer {
 
   private move(event: PointerEvent): void {
     if (this.dragging !== null ? event.pointerId !== this.dragging : this.turning) return;
-    if (!this.waiting) requestAnimationFrame(() => this.settle());
+    if (!this.waiting) this.soon();
     this.waiting = event;
+  }
+
+  private soon(): void {
+    const early = this.dragging === null && performance.now() < this.restUntil;
+    requestAnimationFrame(() => (early ? this.soon() : this.settle()));
   }
 
   private settle(): void {
@@ -57,9 +67,16 @@ export class Pointer {
     this.waiting = null;
     if (!event) return;
     const { clientX: x, clientY: y } = event;
-    const hit = this.host.pick(x, y);
-    if (this.dragging !== null) this.tool?.move(hit, event);
-    this.host.hover(hit, x, y);
+    if (this.dragging !== null) {
+      let hit: Hit | null | undefined;
+      this.tool?.move(() => (hit = this.host.pick(x, y)), event);
+      // Otherwise what the drag began with is still meant.
+      if (hit !== undefined) this.host.hover(hit, x, y);
+      return;
+    }
+    const start = performance.now();
+    this.host.hover(this.host.pick(x, y), x, y);
+    this.restUntil = start + hoverRest * (performance.now() - start);
   }
 
   private up(event: PointerEvent): void {

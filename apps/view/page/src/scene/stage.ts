@@ -58,7 +58,9 @@ export class Stage {
   private isDraft = false;
   private leavesOut = false;
   private viewed: [number, number] = [1, 1];
+  private readonly first: (() => void)[] = [];
   private readonly before: (() => void)[] = [];
+  private preparing = false;
   private readonly after: (() => void)[] = [];
   private readonly movers: (() => void)[] = [];
   /** Around all that is drawn, for near and far. */
@@ -114,6 +116,7 @@ export class Stage {
 
   /** Draw soon. */
   invalidate(): void {
+    if (this.preparing) return; // the frame that is about to be drawn has it
     window.clearTimeout(this.resting);
     this.resting = undefined;
     if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame(this.drafts));
@@ -132,6 +135,10 @@ export class Stage {
   /** Drafts are worth while whatever their size: something is left out. */
   set leavingOut(on: boolean) {
     this.leavesOut = on;
+  }
+  /** Before all that follows from what is shown; it may still be changed. */
+  atFirst(listener: () => void): void {
+    this.first.push(listener);
   }
   beforeRender(listener: () => void): void {
     this.before.push(listener);
@@ -165,7 +172,13 @@ export class Stage {
   }
 
   private render(): void {
-    for (const listener of this.before) listener();
+    this.preparing = true;
+    try {
+      for (const listener of this.first) listener();
+      for (const listener of this.before) listener();
+    } finally {
+      this.preparing = false;
+    }
     this.clip();
     this.renderer.render(this.scene, this.camera);
   }
