@@ -7,6 +7,7 @@
 
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/shapes.hpp"
+#include "beltrami/solvers/cholesky.hpp"
 #include "numerics.hpp"
 
 namespace beltrami {
@@ -211,6 +212,120 @@ TEST(Interpolate, RefusesWhatHasNoAnswer) {
     hopeless.linear.max_iterations = 1;
     EXPECT_THROW((void)interpolate(Laplacian(shapes::icosphere(3)), fixed, hopeless), SolveError)
         << "fixed at one place only is constant, but not after one iteration";
+}
+
+// What comes, goes and moves while somebody paints. Two pieces and a stray vertex, which nothing holds at first.
+TEST(Interpolator, IsInterpolateAfterEveryChange) {
+    const Mesh pieces = shapes::together({shapes::icosphere(3), shapes::icosphere(2)});
+    Points points(pieces.vertex_count() + 1, 3);
+    points << pieces.points(), Points::Constant(1, 3, 7.0);
+    const Mesh mesh = shapes::shuffled(Mesh(points, pieces.cells())).mesh;
+    const Laplacian laplacian(mesh);
+    Index stray = 0;
+    while (laplacian.graph().degree(laplacian.order().working(stray)) > 0)
+        ++stray;
+    const auto at = [&](Index v) { return v < stray ? v : v + 1; };
+    for (const SolverKind kind : {SolverKind::cg, SolverKind::cholesky}) {
+        InterpolateOptions options{
+            .laplacian = 1.0, .bilaplacian = 0.02, .free_components = FreeComponents::keep_at_zero};
+        options.linear.kind = kind;
+        options.linear.tolerance = 1e-12;
+        Interpolator painted(laplacian, options);
+        const auto expect_the_same = [&](const Constraints& fixed, const std::optional<Bounds>& bounds = {}) {
+            InterpolateOptions once = options;
+            once.bounds = bounds;
+            const Block expected = interpolate(laplacian, fixed, once).value;
+            const InterpolateResult result = painted(fixed, bounds);
+            EXPECT_TRUE(result.summary.converged);
+            EXPECT_LT(relative_difference(result.value, expected), 1e-7);
+            for (const Index v : fixed.vertices())
+                EXPECT_EQ(result.value(v, 0), fixed.value(v)[0]);
+        };
+        Constraints fixed;
+        for (Index i = 0; i < 12; ++i) {  // comes, here and there
+            fixed.fix(at((i * 397) % 800), i % 3 - 0.5 * i);
+            expect_the_same(fixed);
+        }
+        fixed.fix(at(397), 5.0);  // moves
+        expect_the_same(fixed);
+        expect_the_same(fixed, range_of(fixed));
+        expect_the_same(fixed);
+        fixed.fix(stray, 3.0);
+        expect_the_same(fixed);
+        fixed.free(stray);  // back to 0
+        expect_the_same(fixed);
+        EXPECT_EQ(painted(fixed).value(stray, 0), 0.0);
+        for (Index i = 0; i < 11; ++i) {  // goes, until a piece is held by nothing
+            fixed.free(at((i * 397) % 800));
+            expect_the_same(fixed);
+        }
+        Constraints vectors(3);  // other columns, and back
+        vectors.fix(at(3), std::array{1.0, -2.0, 0.5});
+        vectors.fix(at(90), std::array{0.0, 2.0, 0.5});
+        expect_the_same(vectors);
+        expect_the_same(vectors, range_of(vectors));
+        expect_the_same(fixed);
+    }
+}
+
+TEST(Interpolator, BuildsNothingAgainWhileConstraintsComeAndGo) {
+    const Laplacian laplacian(shapes::icosphere(4));
+    for (const SolverKind kind : {SolverKind::cg, SolverKind::cholesky}) {
+        InterpolateOptions options{.laplacian = 1.0, .bilaplacian = 0.01};
+        options.linear.kind = kind;
+        options.linear.expected_solves = 1000;
+        Interpolator painted(laplacian, options);
+        Constraints fixed{{0, 1.0}};
+        (void)painted(fixed);
+        const long operators = EdgeOperator<double>::builds();
+        const long analyses = CholeskyAnalysis::builds();
+        for (Index i = 1; i < 50; ++i) {
+            fixed.fix((i * 31) % 2562, i);
+            if (i % 3 == 0) fixed.free(((i - 2) * 31) % 2562);
+            (void)painted(fixed);
+        }
+        EXPECT_EQ(EdgeOperator<double>::builds(), operators);
+        EXPECT_EQ(CholeskyAnalysis::builds(), analyses);
+    }
+}
+
+TEST(Interpolator, IsRightAfterACallThatFailed) {
+    const Laplacian laplacian(shapes::icosphere(3));
+    const Constraints fixed{{0, 1.0}, {300, -1.0}};
+    const Constraints others{{5, 2.0}, {200, 0.0}, {640, 1.0}};
+    for (const SolverKind kind : {SolverKind::cg, SolverKind::cholesky}) {
+        Progress progress;
+        InterpolateOptions options;
+        options.linear.kind = kind;
+        options.linear.progress = &progress;
+        Interpolator painted(laplacian, options);
+        const auto expect_right = [&](const Constraints& given) {
+            progress.restart();
+            EXPECT_LT(relative_difference(painted(given).value, interpolate(laplacian, given).value), 1e-7);
+        };
+        progress.cancel();  // before anything was made
+        EXPECT_THROW((void)painted(fixed), Cancelled);
+        expect_right(fixed);
+        progress.cancel();
+        EXPECT_THROW((void)painted(others), Cancelled);
+        expect_right(others);
+        EXPECT_THROW((void)painted(Constraints()), InputError);
+        EXPECT_THROW((void)painted(Constraints{{642, 1.0}}), InputError);
+        EXPECT_THROW((void)painted(fixed, range_of(others)), InputError);
+        expect_right(fixed);
+    }
+    InterpolateOptions hopeless;
+    hopeless.linear.kind = SolverKind::cg;
+    hopeless.linear.max_iterations = 3;
+    Interpolator painted(laplacian, hopeless);
+    EXPECT_THROW((void)painted(fixed), SolveError);
+    EXPECT_THROW((void)painted(fixed), SolveError) << "nothing was kept of what had not converged";
+}
+
+TEST(Interpolator, RefusesCoefficientsThatAreNone) {
+    const Laplacian laplacian(shapes::icosphere(1));
+    EXPECT_THROW(Interpolator(laplacian, {.laplacian = 0.0}), InputError);
+    EXPECT_THROW(Interpolator(laplacian, {.laplacian = -1.0}), InputError);
 }
 
 }  // namespace

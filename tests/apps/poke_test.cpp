@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -155,6 +157,88 @@ TEST(Poke, RefusesWhatCannotBeDone) {
     PokeOptions no_time = options;
     no_time.time = -1.0;
     refused({press(up, 0.1, 0.1)}, no_time, {"time"});
+}
+
+TEST(TouchedSurface, MakesTheStepsOfPoke) {
+    const Mesh sphere = shapes::shuffled(shapes::icosphere(4)).mesh;
+    const Laplacian laplacian(sphere);
+    const ContactPath path = press(up, 0.1, 0.05);
+    PokeOptions options{.skin = skin_of(sphere)};
+    TouchedSurface skin(sphere, laplacian, options);
+    options.on_step = [&](const PokeStep& step) {
+        // The path between its waypoints, as poke() has it.
+        std::optional<Contact> contact;
+        if (step.contacts[0].touching) contact = {path.front().point, step.contacts[0].displacement};
+        const LocalStep local = skin.advance(std::array{contact});
+        ASSERT_EQ(skin.contacts().size(), 1U);
+        EXPECT_EQ(skin.contacts()[0].touching, step.contacts[0].touching);
+        EXPECT_EQ(skin.contacts()[0].force, step.contacts[0].force);
+        EXPECT_EQ(local.active, step.local.active);
+        EXPECT_EQ(local.iterations, step.local.iterations);
+        EXPECT_EQ(local.energy, step.local.energy);
+        EXPECT_EQ(skin.motion().u(), step.motion.u());
+    };
+    const PokeResult result = poke(sphere, laplacian, {path}, options);
+    EXPECT_GT(result.steps, 50);
+    EXPECT_TRUE(skin.motion().domain().empty());
+}
+
+// What holds the surface in place is its foundation: no other term has a total. A narrow domain would be held by its rim, too.
+TEST(TouchedSurface, TheForceOfAHeldContactIsThatOfTheFoundation) {
+    const Mesh ball = shapes::icosphere(4);
+    const Laplacian laplacian(ball);
+    const Pde pde = skin_of(ball);
+    PokeOptions options{.skin = pde};
+    options.local.tolerance = 1e-10;
+    TouchedSurface skin(ball, laplacian, options);
+    const std::array<std::optional<Contact>, 2> contacts{Contact{up, -0.05 * up},
+                                                         Contact{Vector3::UnitX(), Vector3(0.01, 0.02, 0.0)}};
+    for (int step = 0; step < 500; ++step)
+        skin.advance(contacts);
+    const Vector3 force = skin.contacts()[0].force + skin.contacts()[1].force;
+    const Vector3 carried =
+        pde.foundation * (laplacian.mass().asDiagonal() * skin.motion().u()).colwise().sum().transpose();
+    EXPECT_LT((force - carried).norm(), 1e-3 * carried.norm());
+    EXPECT_LT(skin.contacts()[0].force.z(), 0.0);
+}
+
+TEST(TouchedSurface, OppositeFingersPushWithOppositeForces) {
+    const Mesh ball = shapes::icosphere(4);
+    TouchedSurface skin(ball, Laplacian(ball), {.skin = skin_of(ball)});
+    const Vector3 a = ball.points().row(0).transpose();
+    for (int step = 0; step < 20; ++step) {
+        const double depth = 0.002 * (step + 1);
+        skin.advance(std::array<std::optional<Contact>, 2>{Contact{a, -depth * a}, Contact{-a, depth * a}});
+        const Vector3 both = skin.contacts()[0].force + skin.contacts()[1].force;
+        EXPECT_LT(both.norm(), 1e-3 * skin.contacts()[0].force.norm());
+    }
+}
+
+TEST(TouchedSurface, ComesToRestAfterRelease) {
+    const Mesh ball = shapes::icosphere(4);
+    TouchedSurface skin(ball, Laplacian(ball), {.skin = skin_of(ball)});
+    const std::optional<Contact> finger = Contact{up, -0.1 * up};
+    for (int touch = 0; touch < 2; ++touch) {
+        for (int step = 0; step < 30; ++step)
+            skin.advance(std::array{finger});
+        EXPECT_GT(skin.motion().domain().end(0), 3);
+        int steps = 0;
+        for (; !skin.motion().domain().empty() && steps < 2000; ++steps) {
+            skin.advance({});
+            EXPECT_TRUE(skin.contacts().empty());
+        }
+        EXPECT_LT(steps, 2000);
+        EXPECT_TRUE(skin.motion().u().isZero(0.0));
+    }
+}
+
+TEST(TouchedSurface, RefusesWhatItCannotBe) {
+    const Mesh ball = shapes::icosphere(2);
+    const Laplacian laplacian(ball);
+    EXPECT_THROW(TouchedSurface(ball, laplacian, {.skin = skin_of(ball), .rate = 0.0}), InputError);
+    EXPECT_THROW(TouchedSurface(ball, laplacian, {.skin = {}, .rate = 100.0}), InputError);
+    const Mesh ring = shapes::circle(12);
+    EXPECT_THROW(TouchedSurface(ring, Laplacian(ring), {.skin = skin_of(ring)}), InputError);
 }
 
 }  // namespace

@@ -1,5 +1,8 @@
 #include "beltrami/operators/laplacian.hpp"
 
+#include <array>
+#include <vector>
+
 #include "beltrami/framework/error.hpp"
 #include "beltrami/framework/shapes.hpp"
 #include "beltrami/operators/stiffness.hpp"
@@ -104,6 +107,36 @@ TEST(Laplacian, CopiesShareTheirNumbers) {
     EXPECT_EQ(&copy.stiffness(), &laplacian.stiffness());
     EXPECT_EQ(&copy.mass(), &laplacian.mass());
     EXPECT_EQ(EdgeOperator<double>::builds(), before);
+}
+
+TEST(DirichletEnergy, OfLinearFunctionsIsTheirSlope) {
+    const Mesh plane = shapes::shuffled(shapes::jittered(shapes::grid(9, 7), 0.3)).mesh;  // the unit square
+    const Laplacian laplacian(plane);
+    const Renumbering& order = laplacian.order();
+    const auto energy = [&](const Block& field) {
+        return dirichlet_energy(laplacian, order.to_working(field));
+    };
+    EXPECT_NEAR(energy(plane.points().col(0)), 0.5, 1e-13);
+    EXPECT_NEAR(energy(3.0 * plane.points().col(0) - 4.0 * plane.points().col(1)), 12.5, 1e-12);
+    EXPECT_NEAR(energy(Block::Constant(plane.vertex_count(), 2, 7.0)), 0.0, 1e-11);
+    EXPECT_NEAR(energy(plane.points()), 1.0, 1e-13);  // of columns the sum
+    const Block u = random_block(plane.vertex_count(), 2);
+    EXPECT_NEAR(energy(-3.0 * u), 9.0 * energy(u), 1e-10);
+    EXPECT_NEAR(energy(u), energy(u.col(0)) + energy(u.col(1)), 1e-11);
+    EXPECT_GT(energy(u), 0.0);
+}
+
+// Of length, area and volume: 1/2 of the integral of |grad u|^2 scales as the size to the power d - 2.
+TEST(DirichletEnergy, ScalesWithTheDimension) {
+    const std::vector<Mesh> meshes = {shapes::circle(20), shapes::icosphere(2), shapes::tetrahedral_cube(3)};
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const Laplacian laplacian(meshes[i]);
+        const Laplacian larger(testing::scaled(meshes[i], 4.0));
+        const Block u = random_block(meshes[i].vertex_count(), 1);
+        const double factor = std::array{0.25, 1.0, 4.0}[i];
+        EXPECT_NEAR(dirichlet_energy(larger, u), factor * dirichlet_energy(laplacian, u),
+                    1e-11 * dirichlet_energy(laplacian, u));
+    }
 }
 
 }  // namespace
