@@ -120,6 +120,7 @@ function begin(mesh: MeshMessage, received: Received): void {
   shell.onTab = (tab: Tab) => {
     if (tab === 'report' || !live) return;
     turnTo(tab);
+    say(''); // of the task before
     turning = { to: tab, id: send({ do: 'task', task: tab }) };
   };
   scene.stage.atFirst(() => {

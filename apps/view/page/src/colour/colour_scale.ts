@@ -77,3 +77,24 @@ export function finiteRange(values: ArrayLike<number>): [number, number] {
   }
   return low <= high ? [low, high] : [0, 0];
 }
+
+const outliers = 0.01; // of the values, at each end
+const farOut = 5; // times as wide as what holds all others
+const most = 20_000; // values that are looked at
+
+/** Where a few values would leave one colour for all others: the range of the others. Else null. */
+export function rangeWithoutOutliers(values: ArrayLike<number>): [number, number] | null {
+  const stride = Math.max(Math.floor(values.length / most), 1);
+  const sample = new Float32Array(Math.ceil(values.length / stride));
+  let count = 0;
+  for (let i = 0; i < values.length; i += stride) {
+    if (Number.isFinite(values[i])) sample[count++] = values[i];
+  }
+  const sorted = sample.subarray(0, count).sort();
+  const cut = Math.floor(outliers * count);
+  const [low, high] = [sorted[cut], sorted[count - 1 - cut]];
+  const [lowest, highest] = finiteRange(values);
+  if (cut === 0 || !(high > low) || highest - lowest < farOut * (high - low)) return null;
+  // Lengths and the like begin at zero.
+  return [lowest >= 0 && lowest < 0.1 * high ? lowest : low, high];
+}

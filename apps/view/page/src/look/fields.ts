@@ -1,4 +1,5 @@
 // The fields of the file, or of a report: asked for once, then kept, and shown as they are meant.
+import { rangeWithoutOutliers } from '../colour/colour_scale';
 import type { Arrays, FieldMessage, MeshMessage } from '../protocol';
 import type { SceneViewer } from '../scene/scene_viewer';
 import type { FieldSource } from './look_panel';
@@ -66,8 +67,12 @@ export class Fields implements FieldSource {
     viewer.showVectors(name, message.as === 'vectors' && columns === 3 ? values : null);
     if (message.as === 'colors' && columns >= 3)
       viewer.showColors(name, columns === 3 ? values : leading(values, columns, 3));
-    else if (message.as === 'scalar' && columns === 1) viewer.showScalar(name, values);
-    else viewer.showScalar(name, lengths(values, columns));
+    else if (message.as === 'scalar' && columns === 1) this.showScalar(name, values);
+    else this.showScalar(name, lengths(values, columns));
+  }
+
+  private showScalar(name: string, values: Float32Array): void {
+    this.viewer.showScalar(name, values, { range: rangeWithoutOutliers(values) ?? undefined });
   }
 }
 

@@ -1,5 +1,6 @@
 // The tab that is about looking: which field, how it is coloured, what lies over the surface, from where.
 import { mapTitles } from '../colour/colour_map';
+import { finiteRange } from '../colour/colour_scale';
 import { counted, shortNumber } from '../colour/ticks';
 import { element } from '../dom';
 import type { Axis } from '../scene/camera';
@@ -52,6 +53,9 @@ export class LookPanel {
     onchange: () =>
       this.shell.theme.choose(this.theme.value === 'system' ? null : (this.theme.value as 'light' | 'dark')),
   });
+  private readonly beyond = element('p', { class: 'hint', 'data-test': 'look-beyond', hidden: true });
+  /** Of the field of the file that is shown. */
+  private extent: { values: Float32Array | null; ends: [number, number] } = { values: null, ends: [0, 0] };
   private readonly appearance: HTMLElement;
   private readonly drawer: HTMLDetailsElement;
   private readonly fieldGroup: HTMLElement;
@@ -97,6 +101,7 @@ export class LookPanel {
           this.high,
           this.automatic,
         ),
+        this.beyond,
         this.isolines,
         this.isolineCount.element,
       ),
@@ -275,6 +280,7 @@ export class LookPanel {
       input.disabled = value === undefined;
       if (input !== edited) input.value = value === undefined ? '' : String(Number(value.toPrecision(6)));
     }
+    this.tellBeyond(listed);
     tick(this.automatic, viewer.typedRange === null);
     tick(this.isolines, display.isolines);
     this.isolineCount.element.hidden = !display.isolines;
@@ -289,6 +295,18 @@ export class LookPanel {
     this.vectorLength.show(display.vectorLength);
     this.up.value = viewer.stage.upAxis;
     this.theme.value = this.shell.theme.choice ?? 'system';
+  }
+
+  /** Values outside of the scale have the colours of its ends. */
+  private tellBeyond(listed: boolean): void {
+    const { shown, scale } = this.viewer;
+    const known = listed && shown.kind === 'scalar' && scale !== null;
+    this.beyond.hidden = true;
+    if (!known) return;
+    if (this.extent.values !== shown.values) this.extent = { values: shown.values, ends: finiteRange(shown.values) };
+    const [low, high] = this.extent.ends;
+    this.beyond.hidden = low >= scale.low && high <= scale.high;
+    this.beyond.textContent = `Some values are outside: they go from ${shortNumber(low)} to ${shortNumber(high)}.`;
   }
 
   private check(text: string, test: string, change: (on: boolean) => void): HTMLLabelElement {

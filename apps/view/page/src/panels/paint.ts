@@ -62,6 +62,7 @@ export class Paint implements Panel {
   private newest: Frame | null = null;
   private displaced = false;
   private radiusSet = false;
+  private chose = false; // a value, by hand
 
   constructor(
     private readonly context: Context,
@@ -239,7 +240,8 @@ export class Paint implements Panel {
     if (!displaces && this.displaced) viewer.atRest();
     this.displaced = displaces;
     if (!there) viewer.showPlain();
-    else if (frame.mode === 'scalar') viewer.showScalar('value', frame.values, { growing: this.hand.now });
+    else if (frame.mode === 'scalar')
+      viewer.showScalar('value', frame.values, { range: this.level(frame.values), growing: this.hand.now });
     else if (frame.mode === 'colors') viewer.showColors('colours', frame.values);
     else {
       viewer.showPlain();
@@ -247,16 +249,33 @@ export class Paint implements Panel {
     }
   }
 
+  /** Where the field is one value but for rounding, that value; its colours would be those of noise. */
+  private level(values: Float32Array): [number, number] | undefined {
+    const [first = 0] = this.fixed.values().next().value ?? [];
+    let largest = 1e-12;
+    for (const [x] of this.fixed.values()) largest = Math.max(largest, Math.abs(x));
+    return values.every((x) => Math.abs(x - first) <= 1e-6 * largest) ? [first, first] : undefined;
+  }
+
   private fix(vertices: number[], value: number[] | null): void {
     this.context.send({ do: 'paint.fix', vertices, value });
   }
 
+  /** Two points of one value make no field: until the user has chosen a value, the second has the other end's. */
+  private nextValue(): number[] {
+    const [only, ...others] = this.fixed.values();
+    const plain = this.painted === 'scalar' && !this.chose && only !== undefined && others.length === 0;
+    return plain && only[0] === this.value.value[0] ? [only[0] === 1 ? 0 : 1] : this.value.value;
+  }
+
   private fixTyped(): void {
+    this.chose = true;
     this.selected = this.vertex.value;
     this.fix([this.vertex.value], this.value.value);
   }
 
   private valueChosen(value: number[], last: boolean): void {
+    this.chose = true;
     const vertex = this.selected;
     // Otherwise it is what is painted next.
     if (vertex === null || !this.fixed.has(vertex) || this.means.value !== 'point') return;
@@ -345,7 +364,7 @@ export class Paint implements Panel {
             if (hit === null) this.select(null);
             else {
               this.selected = hit.vertex;
-              this.fix([hit.vertex], this.value.value);
+              this.fix([hit.vertex], this.nextValue());
             }
           });
           return false;
@@ -413,6 +432,7 @@ export class Paint implements Panel {
         if (!went || mode === 'colors') return;
         if (this.selected !== vertex) this.selected = vertex;
         const value = valueAt(event);
+        this.chose = true;
         this.hand.take();
         this.value.set(value);
         this.follow(vertex, value);

@@ -1,5 +1,6 @@
 // Arrows: a vector field at an even subset of vertices, and the force of a poke.
 import * as three from 'three';
+import { finiteRange, rangeWithoutOutliers } from '../colour/colour_scale';
 import { evenSubset } from './geometry';
 import { arrowFragment, arrowVertex } from './shaders';
 
@@ -79,7 +80,7 @@ export class VectorField {
 
   constructor(private readonly rest: Float32Array) {}
 
-  /** `wanted` arrows, the longest `length` times their distance. */
+  /** `wanted` arrows, the longest `length` times their distance; a few that are much longer are drawn as long as that. */
   shape(wanted: number, length: number, positions: Float32Array): void {
     if (wanted !== this.wanted) this.chosen = new Uint32Array();
     this.wanted = wanted;
@@ -96,12 +97,11 @@ export class VectorField {
       this.chosen = new Uint32Array(vertices);
       this.spacing = spacing;
     }
-    this.longest = 0;
-    for (let i = 0; i < vectors.length; i += 3) {
-      const square = vectors[i] ** 2 + vectors[i + 1] ** 2 + vectors[i + 2] ** 2;
-      if (square > this.longest && square < Infinity) this.longest = square;
+    const lengths = new Float32Array(vectors.length / 3);
+    for (let v = 0; v < lengths.length; ++v) {
+      lengths[v] = Math.hypot(vectors[3 * v], vectors[3 * v + 1], vectors[3 * v + 2]);
     }
-    this.longest = Math.sqrt(this.longest);
+    this.longest = (rangeWithoutOutliers(lengths) ?? finiteRange(lengths))[1];
     this.follow(positions);
   }
 
@@ -117,6 +117,8 @@ export class VectorField {
         const component = vectors[3 * chosen[i] + k];
         span[3 * i + k] = Number.isFinite(component) ? component : 0;
       }
+      const length = Math.hypot(span[3 * i], span[3 * i + 1], span[3 * i + 2]);
+      if (length > this.longest) for (let k = 0; k < 3; ++k) span[3 * i + k] *= this.longest / length;
     }
     this.arrows.place(at, span);
     const full = 0.95 * this.length * this.spacing;

@@ -86,6 +86,8 @@ export class SceneViewer implements Viewer {
   private readonly level: StreamedAttribute;
   private rgb: StreamedAttribute | null = null;
 
+  /** Triangles that do for the normals of a draft. */
+  private roughly: Uint32Array | null = null;
   private wire: three.LineSegments | null = null;
   private boundaryLines: ThickLines | null = null;
   private nonManifoldLines: ThickLines | null = null;
@@ -119,7 +121,7 @@ export class SceneViewer implements Viewer {
     this.nonManifold = arrayOf(arrays, 'non_manifold');
     this.vertexOf = arrays.vertex_of instanceof Uint32Array ? arrays.vertex_of : null;
 
-    this.surface = new Surface(this.rest, triangles);
+    this.surface = new Surface(this.rest, triangles, this.nonManifold);
     this.diagonal = this.surface.diagonal;
     const scale = this.diagonal > 0 ? 2 / this.diagonal : 1;
     stage.place(this.surface.centre, scale);
@@ -190,11 +192,17 @@ export class SceneViewer implements Viewer {
   private draftSurface(drawn: three.Mesh): void {
     const full = drawn.geometry;
     let coarse: three.BufferGeometry | null = null;
+    let triangles: Uint32Array | null = null;
     this.stage.leavingOut = true;
     this.stage.beforeRender(() => {
       const draft = this.stage.draft && !this.display.wireframe && !this.display.facets;
-      if (draft) coarse ??= this.indexed(coarser(this.rest, this.surface.triangles, draftVertices));
+      if (draft) {
+        triangles ??= coarser(this.rest, this.surface.triangles, draftVertices);
+        coarse ??= this.indexed(triangles);
+      }
       drawn.geometry = draft && coarse ? coarse : full;
+      // Of a large mesh the normals take as long as the picture.
+      this.roughly = draft && this.surface.vertices > 5 * draftVertices ? triangles : null;
     });
   }
 
@@ -472,7 +480,7 @@ export class SceneViewer implements Viewer {
       .transformDirection(this.stage.camera.matrixWorldInverse);
     this.markers.uniforms.size.value = markerPixels * ratio;
     this.markers.uniforms.depth.value = 1.2 * markerPixels * this.stage.pixelAngle;
-    if (this.surface.settle()) {
+    if (this.surface.settle(this.stage.draft ? this.roughly : null)) {
       const { now, centre, radius } = this.surface;
       this.stage.setBounds(centre, radius);
       this.segments?.moveTo(now);

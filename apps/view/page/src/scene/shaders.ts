@@ -103,7 +103,8 @@ export const surfaceFragment = /* glsl */ `
       vec3 n = normalize(cross(dFdx(vToCamera), dFdy(vToCamera)));
     #else
       vec3 toCamera = vToCamera;
-      vec3 n = normalize(vNormal);
+      // Zero at vertices that have none of their own: the others of the triangle decide.
+      vec3 n = dot(vNormal, vNormal) > 0.0 ? normalize(vNormal) : toCamera;
     #endif
     // Both sides are lit, whichever way a triangle is turned.
     float facing = dot(n, toCamera);
@@ -184,8 +185,8 @@ export const thickVertex = /* glsl */ `
     vec4 p = projectionMatrix * vec4(a.xyz * (1.0 - nearer), 1.0);
     vec4 q = projectionMatrix * vec4(b.xyz * (1.0 - nearer), 1.0);
     vec2 along = (q.xy / q.w - p.xy / p.w) * resolution;
-    float pixels = length(along);
-    along = pixels > 1e-6 ? along / pixels : vec2(1.0, 0.0);
+    float size = length(along);
+    along = size > 1e-6 ? along / size : vec2(1.0, 0.0);
     vec2 across = vec2(-along.y, along.x);
     float reach = 0.5 * width * pixels + 0.5;  // half a pixel more, to fade
     vAcross = position.y * reach;

@@ -13,15 +13,18 @@ export class Surface {
 
   private adjacency: Adjacency | null = null;
   private given: Float32Array | null = null; // normals
+  private rough = false; // the normals are those of fewer triangles
   /** What has moved since the last frame. */
   private moved: 'nothing' | 'some' | 'all' = 'all';
   private readonly touched = new Set<number>();
   /** Those away from rest, where not all may be. */
   private away: Uint32Array | 'all' = new Uint32Array();
 
+  /** `creased`: vertices without a normal of their own, where more than two triangles meet at an edge. */
   constructor(
     readonly rest: Float32Array,
     readonly triangles: Uint32Array,
+    private readonly creased: Uint32Array,
   ) {
     this.position = new StreamedAttribute(rest.slice(), 3);
     this.normal = new StreamedAttribute(new Float32Array(rest.length), 3);
@@ -88,22 +91,36 @@ export class Surface {
     this.moved = 'some';
   }
 
-  /** Works out what has moved; false: nothing has. */
-  settle(): boolean {
-    if (this.moved === 'nothing') return false;
-    if (this.moved === 'all') this.settleAll();
+  /** Works out what has moved; false: nothing has. `fewer`: triangles that do for the normals this time. */
+  settle(fewer: Uint32Array | null): boolean {
+    if (this.moved === 'nothing') {
+      if (this.rough && !fewer) this.shade(this.triangles);
+      return false;
+    }
+    if (this.moved === 'all' || this.rough) this.settleAll(fewer);
     else this.settleSome();
     this.touched.clear();
     this.moved = 'nothing';
     return true;
   }
 
-  private settleAll(): void {
-    if (this.given) this.normal.numbers.set(this.given);
-    else computeNormals(this.now, this.triangles, this.normal.numbers);
+  private settleAll(fewer: Uint32Array | null): void {
+    this.shade(fewer ?? this.triangles);
     this.position.changed();
-    this.normal.changed();
     this.bound();
+  }
+
+  private shade(triangles: Uint32Array): void {
+    const { given } = this;
+    if (given) this.normal.numbers.set(given);
+    else computeNormals(this.now, triangles, this.normal.numbers);
+    this.crease();
+    this.rough = !given && triangles !== this.triangles;
+    this.normal.changed();
+  }
+
+  private crease(): void {
+    if (!this.given) for (const v of this.creased) this.normal.numbers.fill(0, 3 * v, 3 * v + 3);
   }
 
   private settleSome(): void {
@@ -120,6 +137,7 @@ export class Surface {
     }
     const around = Uint32Array.from(this.touched).sort();
     computeNormalsOf(around, around.length, this.now, this.triangles, this.adjacency, this.normal.numbers);
+    this.crease();
     this.normal.changedAt(around);
   }
 
