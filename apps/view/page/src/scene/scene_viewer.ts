@@ -8,8 +8,9 @@ import type { Arrays, MeshMessage } from '../protocol';
 import type { Hit, Marker, ScalarOptions, Tool, Vec3, Viewer } from '../viewer';
 import { Arrows, VectorField } from './arrows';
 import type { Axis } from './camera';
+import { Draft } from './draft';
 import { FieldLook } from './field_material';
-import { coarser, edgesOf, outwardSide } from './geometry';
+import { edgesOf, outwardSide } from './geometry';
 import { Markers } from './markers';
 import { Picker } from './picker';
 import { Pointer } from './pointer';
@@ -191,18 +192,17 @@ export class SceneViewer implements Viewer {
   /** While something moves a processor draws fewer triangles, for which there must be nothing that shows each of them. */
   private draftSurface(drawn: three.Mesh): void {
     const full = drawn.geometry;
-    let coarse: three.BufferGeometry | null = null;
-    let triangles: Uint32Array | null = null;
+    let made: Draft | null = null;
     this.stage.leavingOut = true;
     this.stage.beforeRender(() => {
-      const draft = this.stage.draft && !this.display.wireframe && !this.display.facets;
-      if (draft) {
-        triangles ??= coarser(this.rest, this.surface.triangles, draftVertices);
-        coarse ??= this.indexed(triangles);
-      }
-      drawn.geometry = draft && coarse ? coarse : full;
+      const drafts = this.stage.draft && !this.display.wireframe && !this.display.facets;
+      if (drafts) made ??= new Draft(this.surface, draftVertices, (index) => this.indexed(index));
+      const draft = drafts ? made : null;
+      draft?.follow();
+      drawn.geometry = draft?.geometry ?? full;
       // Of a large mesh the normals take as long as the picture.
-      this.roughly = draft && this.surface.vertices > 5 * draftVertices ? triangles : null;
+      const large = this.surface.vertices > 5 * draftVertices && this.surface.someAway === null;
+      this.roughly = draft && large ? draft.triangles : null;
     });
   }
 

@@ -123,6 +123,26 @@ export class Surface {
     if (!this.given) for (const v of this.creased) this.normal.numbers.fill(0, 3 * v, 3 * v + 3);
   }
 
+  /** Vertices away from rest, where they are few. */
+  get someAway(): Uint32Array | null {
+    return this.away === 'all' || this.away.length > this.vertices / 8 ? null : this.away;
+  }
+
+  /** Writes the triangles that have one of the vertices from `at` on, each once, as many as there is room for; where they
+   * end. */
+  trianglesAround(vertices: Uint32Array, into: Uint32Array, at: number): number {
+    if (vertices.length === 0) return at;
+    this.adjacency ??= adjacencyOf(this.triangles, this.vertices);
+    const { start, list } = this.adjacency;
+    const found = new Set<number>();
+    for (const v of vertices) for (let j = start[v]; j < start[v + 1]; ++j) found.add(3 * list[j]);
+    for (const i of found) {
+      if (at + 3 > into.length) break;
+      for (let k = 0; k < 3; ++k) into[at++] = this.triangles[i + k];
+    }
+    return at;
+  }
+
   private settleSome(): void {
     const moved = Uint32Array.from(this.touched).sort();
     this.position.changedAt(moved);
