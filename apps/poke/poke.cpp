@@ -187,6 +187,7 @@ PokeResult poke(const Mesh& mesh, const Laplacian& laplacian, const std::vector<
 
     const auto contacts_at = [&](double time) {
         std::vector<std::optional<Contact>> contacts;
+        contacts.reserve(paths.size());
         for (const ContactPath& path : paths)
             contacts.push_back(at_time(path, time, 1e-6 * dt));
         return contacts;

@@ -24,8 +24,8 @@ std::optional<std::string> in_path(const std::string& program) {
     const char* const path = std::getenv("PATH");
     std::istringstream folders(path == nullptr ? "" : path);
     for (std::string folder; std::getline(folders, folder, ':');) {
-        const std::string file = folder + "/" + program;
-        if (!folder.empty() && access(file.c_str(), X_OK) == 0) return file;
+        const std::filesystem::path file = std::filesystem::path(folder) / program;
+        if (!folder.empty() && access(file.c_str(), X_OK) == 0) return file.string();
     }
     return std::nullopt;
 }
@@ -33,6 +33,7 @@ std::optional<std::string> in_path(const std::string& program) {
 // In a process group of its own, with no standard streams; -1 where it cannot be started.
 pid_t start(std::vector<std::string> words) {
     std::vector<char*> argv;
+    argv.reserve(words.size() + 1);
     for (std::string& word : words)
         argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -56,7 +57,7 @@ pid_t start(std::vector<std::string> words) {
 }  // namespace
 
 std::filesystem::path write_door(const std::filesystem::path& folder, const std::string& url) {
-    const std::filesystem::path door = folder / "open.html";
+    std::filesystem::path door = folder / "open.html";
     write_whole(door, [&](std::ostream& out) {
         out << "<!doctype html><title>beltrami view</title><meta name=referrer content=no-referrer>"
             << "<meta http-equiv=refresh content=\"0; url=" << url << "\">\n";

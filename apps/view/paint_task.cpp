@@ -102,7 +102,11 @@ class PaintTask : public Task {
 
     // The first click should not wait for the first factor: one is made with any vertex held, and corrected for others.
     void enter() override {
-        if (!fixed().empty()) return;
+        if (fixed().empty()) prepare();
+    }
+
+  private:
+    void prepare() {
         stage_.post(name() + " solver", 0, false, [this](const Progress& progress) {
             Weights weights;
             {
@@ -114,7 +118,6 @@ class PaintTask : public Task {
         });
     }
 
-  private:
     [[nodiscard]] FixedValues& fixed() { return fixed_of_mode_[static_cast<std::size_t>(mode_)]; }
     [[nodiscard]] const FixedValues& fixed() const { return fixed_of_mode_[static_cast<std::size_t>(mode_)]; }
     [[nodiscard]] std::size_t fixed_columns() const { return mode_ == Mode::scalar ? 1 : 3; }
@@ -155,6 +158,7 @@ class PaintTask : public Task {
         weights_ = weights;
         if (request.has("mode")) mode_ = static_cast<Mode>(request.word("mode", mode_words));
         if (request.has("bounded")) bounded_ = request.flag("bounded");
+        if (fixed().empty()) prepare();
     }
 
     // With the mutex locked; work takes what is fixed when it begins, so that it answers everything up to then.

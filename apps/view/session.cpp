@@ -8,7 +8,7 @@
 #include <deque>
 #include <fstream>
 #include <iterator>
-#include <set>
+#include <map>
 #include <thread>
 #include <utility>
 
@@ -83,13 +83,13 @@ class Session::Implementation {
   private:
     void opened(ClientId client) {
         const std::lock_guard lock(stage_.mutex);
-        pages_.insert(client);
+        pages_[client] = 0;
         voice_.send(client, mesh_message_);
         if (!options_.greeting.empty()) {
             voice_.send(client, {std::make_shared<const std::string>(options_.greeting)});
             return;
         }
-        voice_.send(client, text_message(state()));
+        voice_.send(client, text_message(state(), "state"));
         for (const auto& task : tasks_) {
             for (const Outgoing& message : task->newest())
                 voice_.send(client, message);
@@ -112,7 +112,7 @@ class Session::Implementation {
         const std::lock_guard lock(stage_.mutex);
         try {
             const Request request(text);
-            answered_ = request.id();
+            pages_[client] = request.id();
             dispatch(client, request);
             if (request.name() == "poke.hold") holder_ = client;
             // A finger moves sixty times a second and changes nothing that a page must know before it lets go.
@@ -187,7 +187,7 @@ class Session::Implementation {
 
     [[nodiscard]] nlohmann::json state() const {
         nlohmann::json json = {{"kind", "state"},
-                               {"id", answered_},
+                               {"id", 0},
                                {"task", task_},
                                {"running", nullptr},
                                {"command", nlohmann::json::array()}};
@@ -216,7 +216,11 @@ class Session::Implementation {
     void tell_state_now() {
         state_waits_ = false;
         const auto start = Clock::now();
-        stage_.broadcast(text_message(state(), "state"));
+        nlohmann::json told = state();
+        for (const auto& [client, newest] : pages_) {
+            told["id"] = newest;  // each page counts its own requests
+            voice_.send(client, text_message(told, "state"));
+        }
         const auto end = Clock::now();
         next_state_ = end - start > quick ? end + rest_between_states * (end - start) : end;
     }
@@ -224,7 +228,7 @@ class Session::Implementation {
     // To the page that asked for it: the others would fetch it too.
     void save(ClientId client, const Request& request) {
         static const std::vector<std::string> formats = {"ply", "obj", "vtu", "csv"};
-        const std::string format = formats[request.word("format", formats)];
+        const std::string& format = formats[request.word("format", formats)];
         Saved saved = task_ == "look" ? Saved{stage_.mesh, {}, {}} : current().saved();
         const std::string name = fmt::format("{}.{}", task_ == "look" ? "mesh" : task_, format);
         if (format == "csv" && saved.csv.empty())
@@ -296,8 +300,7 @@ class Session::Implementation {
     Outgoing mesh_message_;
     std::vector<std::unique_ptr<Task>> tasks_;
     std::string task_ = "look";
-    long answered_ = 0;  // the newest request
-    std::set<ClientId> pages_;
+    std::map<ClientId, long> pages_;                         // and the newest request of each
     std::optional<ClientId> holder_;                         // whose finger was the last on the surface
     std::deque<std::pair<std::string, std::string>> files_;  // the oldest first
     Voice voice_;

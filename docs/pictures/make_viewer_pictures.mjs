@@ -7,7 +7,9 @@ import { bunny, run, scratchFolder, startViewer } from '../../tests/browser/view
 const folder = process.argv[2] ?? '.';
 
 async function picture(name, mesh, act) {
-  const viewer = await startViewer(mesh, { size: { width: 1280, height: 760 } });
+  const viewer = await startViewer(mesh, {
+    size: { width: 1280, height: 760 },
+  });
   try {
     await act(viewer);
     await viewer.until((b) => b.idle);
@@ -74,7 +76,20 @@ const scratch = await scratchFolder();
 try {
   const heat = scratch.file('heat.ply');
   await run('heat', bunny, '--source', '12736=100', '-o', heat, '--quiet');
-  await run('view', heat, '--screenshot', join(folder, 'screenshot.png'), '--field', 'u', '--range', '0,40', '--isolines', '--size', '900,700', '--quiet');
+  await run(
+    'view',
+    heat,
+    '--screenshot',
+    join(folder, 'screenshot.png'),
+    '--field',
+    'u',
+    '--range',
+    '0,40',
+    '--isolines',
+    '--size',
+    '900,700',
+    '--quiet',
+  );
 } finally {
   await scratch.remove();
 }

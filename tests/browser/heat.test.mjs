@@ -20,7 +20,11 @@ test('a source that is clicked on the surface is the maximum of the field', asyn
     assert.ok(Math.min(...values) > 0, 'heat has reached every vertex');
     assert.match(await viewer.on('heat-command').innerText(), new RegExp(`--source ${vertex}=100 .*--steps 20`));
     // Scrubbing shows an earlier moment, which is colder.
-    await viewer.page.locator('canvas').first().focus().catch(() => {});
+    await viewer.page
+      .locator('canvas')
+      .first()
+      .focus()
+      .catch(() => {});
     await viewer.page.keyboard.press('ArrowLeft');
     await viewer.until((b) => b.timeline.index === 19);
     assert.deepEqual(viewer.complaints, []);
@@ -46,7 +50,10 @@ test('a long simulation is cancelled, and a page that is loaded again finds what
     assert.ok(reached < 10000);
     await viewer.page.reload();
     await viewer.ready();
-    await viewer.until((b, step) => b.state.task === 'wave' && b.timeline.count >= 5 && b.lastFrame?.step >= step - 1, reached);
+    await viewer.until(
+      (b, step) => b.state.task === 'wave' && b.timeline.count >= 5 && b.lastFrame?.step >= step - 1,
+      reached,
+    );
     assert.deepEqual(await viewer.see((b) => b.state.wave.impulses), [[vertex, 1]]);
     assert.equal(await viewer.on('wave-steps').inputValue(), '10000');
     assert.equal(await viewer.see((b) => b.markers().length), 1);

@@ -69,7 +69,13 @@ async function measured(viewer, what, act) {
   const pictures = (await viewer.see((b) => b.framesShown)) - shown;
   await pause(300);
   const all = (await viewer.see((b) => b.latencies())).filter((l) => l.do === what && l.id > last);
-  return { all, seconds, used, pictures, times: all.map((l) => l.painted - l.sent) };
+  return {
+    all,
+    seconds,
+    used,
+    pictures,
+    times: all.map((l) => l.painted - l.sent),
+  };
 }
 
 function rowOf({ all, seconds, used, times, pictures }) {

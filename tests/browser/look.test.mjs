@@ -10,7 +10,10 @@ test('a mesh is shown with its report, its edges and its fields, and the page re
   try {
     assert.equal(await viewer.see((b) => b.mesh.vertices), 961);
     assert.match(await viewer.on('mesh-brief').innerText(), /961 vertices.*boundary/);
-    await viewer.on('look-field').selectOption({ label: 'mean_curvature' }).catch(() => viewer.on('look-field').selectOption('mean_curvature'));
+    await viewer
+      .on('look-field')
+      .selectOption({ label: 'mean_curvature' })
+      .catch(() => viewer.on('look-field').selectOption('mean_curvature'));
     await viewer.until((b) => b.shown.kind === 'scalar' && b.shown.name === 'mean_curvature');
     const vertex = await viewer.visibleVertex();
     assert.equal((await viewer.see((b, v) => b.valueAt(v), vertex)).length, 1);
@@ -62,7 +65,17 @@ test('a page of another origin is not let in', async () => {
       server.url,
     );
     assert.equal(outcome, 'refused');
-    assert.equal(await page.evaluate((url) => fetch(url).then(() => 'read', () => 'refused'), server.url), 'refused');
+    assert.equal(
+      await page.evaluate(
+        (url) =>
+          fetch(url).then(
+            () => 'read',
+            () => 'refused',
+          ),
+        server.url,
+      ),
+      'refused',
+    );
     assert.match(server.log(), /Origin/);
     assert.ok(server.running());
     const wrong = await page.goto(server.url.replace(/[0-9a-f]{32}/, '0'.repeat(32)));

@@ -38,7 +38,8 @@ test('between two painted values the field takes values between, and saves what 
     const [a, b] = [body(saved), body(computed)];
     // x, y, z and the value of each vertex, as doubles.
     let worst = 0;
-    for (let at = 0; at < 2562 * 32; at += 8) worst = Math.max(worst, Math.abs(a.readDoubleLE(at) - b.readDoubleLE(at)));
+    for (let at = 0; at < 2562 * 32; at += 8)
+      worst = Math.max(worst, Math.abs(a.readDoubleLE(at) - b.readDoubleLE(at)));
     assert.ok(worst < 1e-8, `${worst}`);
   } finally {
     await viewer.close();

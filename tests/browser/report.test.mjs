@@ -52,16 +52,23 @@ test('a report opens from disk without a network, with the numbers of the summar
         assert.ok(Date.now() < end, `${command}: the report is not drawn`);
         await new Promise((resolve) => setTimeout(resolve, 20));
       }
-      const elsewhere = asked.filter((url) => !url.startsWith('file:') && !url.startsWith('blob:') && !url.startsWith('data:'));
+      const elsewhere = asked.filter(
+        (url) => !url.startsWith('file:') && !url.startsWith('blob:') && !url.startsWith('data:'),
+      );
       assert.deepEqual(elsewhere, [], command);
       assert.deepEqual(complaints, [], command);
       const shown = new Map(
-        await page.evaluate(() => [...document.querySelectorAll('[data-path]')].map((cell) => [cell.dataset.path, cell.textContent])),
+        await page.evaluate(() =>
+          [...document.querySelectorAll('[data-path]')].map((cell) => [cell.dataset.path, cell.textContent]),
+        ),
       );
       const expected = numbers(JSON.parse(await readFile(json, 'utf8')));
       assert.ok(expected.length > 20, command);
       for (const [path, value] of expected) assert.equal(Number(shown.get(path)), value, `${command}: ${path}`);
-      assert.match(await page.locator('[data-test="command"]').innerText(), new RegExp(`beltrami ${command} ${sphere}`));
+      assert.match(
+        await page.locator('[data-test="command"]').innerText(),
+        new RegExp(`beltrami ${command} ${sphere}`),
+      );
       await context.close();
     }
   } finally {

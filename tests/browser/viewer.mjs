@@ -27,7 +27,11 @@ export async function run(...args) {
 
 export async function scratchFolder() {
   const path = await mkdtemp(join(tmpdir(), 'beltrami-browser-'));
-  return { path, file: (name) => join(path, name), remove: () => rm(path, { recursive: true, force: true }) };
+  return {
+    path,
+    file: (name) => join(path, name),
+    remove: () => rm(path, { recursive: true, force: true }),
+  };
 }
 
 export async function startBrowser() {
@@ -76,7 +80,10 @@ export async function startProgram(...args) {
 export async function startViewer(mesh, { size = { width: 1280, height: 800 }, args = [] } = {}) {
   const server = await startProgram(mesh, ...args);
   const browser = await startBrowser();
-  const context = await browser.newContext({ viewport: size, acceptDownloads: true });
+  const context = await browser.newContext({
+    viewport: size,
+    acceptDownloads: true,
+  });
   // Of a page that it did not fetch itself the browser does not know that it is from this machine.
   if (process.env.BELTRAMI_PAGE) await context.grantPermissions(['local-network-access']);
   const page = await context.newPage();
