@@ -49,7 +49,7 @@ struct Message {
         const auto at = place.at("at").get<std::size_t>();
         EXPECT_EQ(at % 4, 0U);
         EXPECT_LE(at + list.size() * sizeof(Number), arrays.size());
-        std::memcpy(list.data(), arrays.data() + at, list.size() * sizeof(Number));
+        if (!list.empty()) std::memcpy(list.data(), arrays.data() + at, list.size() * sizeof(Number));
         return list;
     }
 };
@@ -522,7 +522,7 @@ TEST(ViewSession, AClickEndsASimulationThatHasNotBegun) {
 
 // Nothing but a simulation waits, so nothing else can be paused.
 TEST(ViewSession, OnlySimulationsArePausedOrCancelled) {
-    Page page(shapes::icosphere(4));
+    Page page(shapes::icosphere(3));
     page.ask({{"do", "pause"}});
     page.ask({{"do", "cancel"}});
     page.turn_to("harmonics");
