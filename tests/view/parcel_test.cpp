@@ -75,7 +75,8 @@ TEST(Parcel, ValuesBeyondFloatBecomeItsLargest) {
     Parcel parcel(nlohmann::json::object());
     parcel.add("values", Vector{{1e300, -1e300, infinity, -infinity, NAN, 1e-300, -0.0}});
     const std::vector<float> values = read(parcel.bytes()).array<float>("values");
-    EXPECT_EQ(std::vector<float>(values.begin(), values.begin() + 4), (std::vector<float>{most, -most, most, -most}));
+    EXPECT_EQ(std::vector<float>(values.begin(), values.begin() + 4),
+              (std::vector<float>{most, -most, most, -most}));
     EXPECT_TRUE(std::isnan(values[4]));
     EXPECT_EQ(values[5], 0.0F);
     EXPECT_TRUE(std::signbit(values[6]));

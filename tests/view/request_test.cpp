@@ -38,9 +38,9 @@ TEST(Request, SaysWhatToDo) {
     EXPECT_EQ(Request(R"({"do":"run"})").id(), 0);
     EXPECT_EQ(Request(R"({"do":"run","id":1000000000000})").id(), 1000000000000);
     for (const std::string text :
-         {"", " ", "null", "true", "3", "[]", "\"run\"", "{", "{}", "{\"do\"}", "{\"do\":3}", "{\"do\":null}", "{'do':'run'}",
-          "{\"do\":\"run\"} x", "{\"do\":\"\xff\"}", R"({"do":"run","id":"3"})", R"({"do":"run","id":-1})",
-          R"({"do":"run","id":1e16})", R"({"do":"run","id":null})"}) {
+         {"", " ", "null", "true", "3", "[]", "\"run\"", "{", "{}", "{\"do\"}", "{\"do\":3}", "{\"do\":null}",
+          "{'do':'run'}", "{\"do\":\"run\"} x", "{\"do\":\"\xff\"}", R"({"do":"run","id":"3"})",
+          R"({"do":"run","id":-1})", R"({"do":"run","id":1e16})", R"({"do":"run","id":null})"}) {
         EXPECT_THROW(Request{text}, InputError) << text;
     }
 }
@@ -49,7 +49,8 @@ TEST(Request, ReadsNumbersWithinTheirRange) {
     EXPECT_EQ(with("3").integer("x", 0, 3), 3);
     EXPECT_EQ(with("3.0").integer("x", 0, 3), 3);
     EXPECT_EQ(with("-2").number("x", -2.0, 0.0), -2.0);
-    for (const std::string value : {"4", "-1", "2.5", "1e300", "18446744073709551615", "\"2\"", "null", "true", "[2]"})
+    for (const std::string value :
+         {"4", "-1", "2.5", "1e300", "18446744073709551615", "\"2\"", "null", "true", "[2]"})
         expect_refused(value, [](const Request& request) { (void)request.integer("x", 0, 3); });
     for (const std::string value : {"-0.1", "3.1", "1e308", "\"2\"", "null", "{}"})
         expect_refused(value, [](const Request& request) { (void)request.number("x", 0.0, 3.0); });
@@ -63,9 +64,10 @@ TEST(Request, NamesWhatIsMissing) {
     EXPECT_FALSE(request.has("x"));
     for (const auto& reading : std::vector<std::function<void()>>{
              [&] { (void)request.integer("x", 0, 1); }, [&] { (void)request.number("x", 0, 1); },
-             [&] { (void)request.flag("x"); }, [&] { (void)request.text("x"); }, [&] { (void)request.word("x", words); },
-             [&] { (void)request.vertices("x", 9); }, [&] { (void)request.numbers("x", 3); },
-             [&] { (void)request.is_null("x"); }, [&] { (void)request.pairs("x", 3); }}) {
+             [&] { (void)request.flag("x"); }, [&] { (void)request.text("x"); },
+             [&] { (void)request.word("x", words); }, [&] { (void)request.vertices("x", 9); },
+             [&] { (void)request.numbers("x", 3); }, [&] { (void)request.is_null("x"); },
+             [&] { (void)request.pairs("x", 3); }}) {
         try {
             reading();
             ADD_FAILURE() << "it was found";
@@ -96,9 +98,11 @@ TEST(Request, ReadsLists) {
     EXPECT_EQ(with("[[1,2],[3,4]]").pairs("x", 2)->back(), std::pair(3.0, 4.0));
     for (const std::string value : {"[9]", "[-1]", "[0.5]", "[null]", "[[0]]", "3", "{\"0\":1}", "null"})
         expect_refused(value, [](const Request& request) { (void)request.vertices("x", 9); });
-    for (const std::string value : {"[1,2]", "[1,2,3,4]", "[1,2,\"3\"]", "[1,2,1e13]", "{\"a\":1,\"b\":2,\"c\":3}"})
+    for (const std::string value :
+         {"[1,2]", "[1,2,3,4]", "[1,2,\"3\"]", "[1,2,1e13]", "{\"a\":1,\"b\":2,\"c\":3}"})
         expect_refused(value, [](const Request& request) { (void)request.numbers("x", 3); });
-    for (const std::string value : {"[[1,2],[3,4],[5,6]]", "[1,2]", "[[1]]", "[[1,2,3]]", "[[1,null]]", "[[1,1e300]]", "{}"})
+    for (const std::string value :
+         {"[[1,2],[3,4],[5,6]]", "[1,2]", "[[1]]", "[[1,2,3]]", "[[1,null]]", "[[1,1e300]]", "{}"})
         expect_refused(value, [](const Request& request) { (void)request.pairs("x", 2); });
 }
 
