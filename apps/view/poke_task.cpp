@@ -189,6 +189,12 @@ class PokeTask : public Task {
             displacement.row(s - 1) << u[0], u[1], u[2];
         }
         const std::lock_guard lock(stage_.mutex);
+        // A finger that keeps still holds a surface that does: pages are left alone, and draw it in full.
+        if (contact && asked_ == told_ && vertices == touched_ &&
+            displacement.rows() == displacement_.rows() &&
+            (displacement - displacement_).cwiseAbs().maxCoeff() <= 1e-3 * displacement.cwiseAbs().maxCoeff())
+            return true;
+        told_ = asked_;
         nlohmann::json header = frame_header(name(), asked_, step.seconds, "");
         header["time"] = skin_->motion().time();
         header["active"] = std::max(domain.end(0) - 1, 0);
@@ -239,6 +245,7 @@ class PokeTask : public Task {
     long step_of_press_ = 0;
     long last_held_step_ = 0;
     long asked_ = 0;
+    long told_ = -1;  // the request that the newest frame answers
     ContactPath path_;
     std::vector<Index> touched_;        // the newest vertices that were moved while something touched
     Block displacement_ = Block(0, 3);  // of these

@@ -12,7 +12,8 @@ async function picture(name, mesh, act) {
   });
   try {
     await act(viewer);
-    await viewer.until((b) => b.idle);
+    // A page without a graphics card draws drafts while things move.
+    await new Promise((resolve) => setTimeout(resolve, 600));
     await viewer.page.screenshot({ path: join(folder, name) });
     console.log(`${name}: ${mesh}`);
   } finally {
@@ -43,7 +44,7 @@ await picture('viewer_poke.png', bunny, async (viewer) => {
     await new Promise((resolve) => setTimeout(resolve, 16));
   }
   await viewer.until((b) => b.domainSize().inside > 100);
-  await new Promise((resolve) => setTimeout(resolve, 800));
+  await new Promise((resolve) => setTimeout(resolve, 2500));
 });
 
 await picture('viewer_paint.png', bunny, async (viewer) => {
