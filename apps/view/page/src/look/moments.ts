@@ -1,14 +1,14 @@
 // Time series on the timeline: those that a report brings, and those that the tasks add as they run.
-import { finiteRange } from '../colour/colour_scale';
 import type { Arrays, MomentMessage } from '../protocol';
 import type { SceneViewer } from '../scene/scene_viewer';
 import { lengths } from './fields';
+import { SeriesScale } from './series_scale';
 import type { Moment, MomentTimeline } from './timeline';
 
 export class Moments {
   private name: string | null = null;
-  /** What a report brings is on one scale from the start. */
-  private range: [number, number] | null = null;
+  private scale = new SeriesScale();
+  private scaled = new WeakSet<Float32Array>();
   private displaced = false;
   private gathered: Moment[] = [];
 
@@ -24,15 +24,12 @@ export class Moments {
     if (!(values instanceof Float32Array)) return;
     if (this.name !== message.name) {
       this.name = message.name;
-      this.range = null;
       this.displaced = 'displacement' in arrays;
       this.gathered = [];
       this.timeline.reset(message.name);
+      this.newScale();
     }
-    const [low, high] = finiteRange(
-      this.displaced ? lengths(values, 3) : message.columns === 1 ? values : lengths(values, message.columns),
-    );
-    this.range = this.range ? [Math.min(this.range[0], low), Math.max(this.range[1], high)] : [low, high];
+    this.onScale(values);
     this.gathered.push({ time: message.time, values });
   }
 
@@ -41,17 +38,30 @@ export class Moments {
     if (this.gathered.length > 0) this.timeline.addAll(this.gathered);
   }
 
+  private newScale(): void {
+    this.scale = new SeriesScale();
+    this.scaled = new WeakSet();
+  }
+
+  /** One number a vertex, counted once in the scale. */
+  private onScale(values: Float32Array): Float32Array {
+    const columns = (3 * values.length) / this.viewer.rest.length;
+    const scalar = columns === 1 ? values : lengths(values, columns);
+    if (!this.scaled.has(values)) this.scale.add(scalar);
+    this.scaled.add(values);
+    return scalar;
+  }
+
   private show(name: string, { values }: Moment): void {
     const { viewer } = this;
-    const vertices = viewer.rest.length / 3;
-    const mine = name === this.name;
-    const columns = values.length / vertices;
-    if (mine && this.displaced) {
+    if (name === this.name && this.displaced) {
       const positions = new Float32Array(values.length);
       for (let i = 0; i < values.length; ++i) positions[i] = viewer.rest[i] + values[i];
       viewer.setPositions(positions);
     }
-    const scalar = columns === 1 ? values : lengths(values, columns);
-    viewer.showScalar(name, scalar, mine && this.range ? { range: this.range } : { growing: true });
+    // The first moment of a task that runs again.
+    if (this.timeline.count === 1 && !this.scaled.has(values)) this.newScale();
+    const scalar = this.onScale(values);
+    viewer.showScalar(name, scalar, { range: this.scale.range ?? undefined });
   }
 }
