@@ -190,7 +190,7 @@ class PokeTask : public Task {
         }
         const std::lock_guard lock(stage_.mutex);
         // A finger that keeps still holds a surface that does: pages are left alone, and draw it in full.
-        if (contact && asked_ == told_ && vertices == touched_ &&
+        if (contact && asked_ == told_ && !vertices.empty() && vertices == touched_ &&
             displacement.rows() == displacement_.rows() &&
             (displacement - displacement_).cwiseAbs().maxCoeff() <= 1e-3 * displacement.cwiseAbs().maxCoeff())
             return true;
