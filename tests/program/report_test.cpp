@@ -72,6 +72,7 @@ struct Message {
         EXPECT_EQ(place["type"], (std::is_same_v<Number, float> ? "f32" : "u32"));
         std::vector<Number> numbers(place["count"].get<std::size_t>());
         EXPECT_LE(place["at"].get<std::size_t>() + sizeof(Number) * numbers.size(), arrays.size());
+        if (numbers.empty()) return numbers;  // which have no place to copy to
         std::memcpy(numbers.data(), arrays.data() + place["at"].get<std::size_t>(),
                     sizeof(Number) * numbers.size());
         return numbers;
