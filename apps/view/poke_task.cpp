@@ -54,7 +54,7 @@ class PokeTask : public Task {
         asked_ = request.id();
         if (!held_) {
             path_.clear();
-            press_begins_ = true;
+            step_of_press_ = 0;
         }
         held_ = contact;
         if (!moving_) {
@@ -151,8 +151,6 @@ class PokeTask : public Task {
     // each jump.
     std::optional<Contact> take_contact() {
         const std::lock_guard lock(stage_.mutex);
-        if (press_begins_) step_of_press_ = 0;
-        press_begins_ = false;
         if (held_ && path_.size() < most_waypoints) {
             const double time = static_cast<double>(step_of_press_) / rate;
             const bool moved = path_.empty() || path_.back().displacement != held_->displacement ||
@@ -240,8 +238,7 @@ class PokeTask : public Task {
     double farthest_;  // beyond this the linear skin has left all likeness of the surface
 
     std::optional<Contact> held_;
-    bool moving_ = false;        // a job is running or waiting
-    bool press_begins_ = false;  // since the last step
+    bool moving_ = false;  // a job is running or waiting
     long step_of_press_ = 0;
     long last_held_step_ = 0;
     long asked_ = 0;

@@ -32,7 +32,7 @@ export interface Marker {
 export interface ScalarOptions {
   /** Ends of the scale; without them those of the values, or what the user typed. */
   range?: [number, number];
-  /** Scale ends grow with the frames but never shrink: for time series and drags. */
+  /** Scale ends grow with the frames but never shrink: for drags. */
   growing?: boolean;
 }
 
