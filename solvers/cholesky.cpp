@@ -124,18 +124,23 @@ std::size_t CholeskyAnalysis::working_bytes() const {
 }
 
 struct Cholesky::Factor {
+    using SparseColumn = std::vector<std::pair<Index, double>>;
+
     // Of the rows that changed since A was factored as B, which has rows of the identity where it held A:
     //     [ B   V ] [x]   [b]    V: the column of A, but for what B holds, of each row let go; e_h of each row h newly held
     //     [ V^T C ] [y] = [c]    C: A among the rows let go; y: x there, and the forces that hold the others
     // so that (C - V^T B^-1 V) y = c - V^T B^-1 b and x = B^-1 b - B^-1 V y.
+    // A row keeps what it needs from one correction to the next.
     struct Row {
         Index row;
         bool let_go;
-        std::vector<std::pair<Index, double>> column;  // of V
+        SparseColumn column;  // of V
+        SparseColumn beside;  // of A, at rows that B holds: what C is made of
+        Vector solved;        // B^-1 V
     };
+    using Rows = std::vector<std::shared_ptr<Row>>;
     struct Correction {
-        std::vector<Row> rows;
-        Block solved;  // B^-1 V: n x m
+        Rows rows;
         Eigen::PartialPivLU<Eigen::MatrixXd> schur;
     };
 
@@ -151,9 +156,10 @@ struct Cholesky::Factor {
     [[nodiscard]] Index size() const { return numeric.symbolic().n; }
     void check_size(const Sparse& A) const;
     void factor(const Sparse& A, std::span<const Index> now);
+    [[nodiscard]] Index most_corrected() const;
     bool correct(const Sparse& A, const std::vector<Index>& changed);
-    [[nodiscard]] Eigen::MatrixXd set_columns(const Sparse& A, std::vector<Row>& rows) const;
-    [[nodiscard]] Block solved_columns(const std::vector<Row>& rows) const;
+    void set_columns(const Sparse& A, const Rows& rows) const;
+    void solve_columns(const Rows& rows) const;
     void sweep(const Block& b, Block& x) const;
     void solve_corrected(const Block& b, Block& x) const;
 };
@@ -161,11 +167,11 @@ struct Cholesky::Factor {
 namespace {
 
 // V^T z: m x k.
-template <class Row>
-Eigen::MatrixXd gathered(const std::vector<Row>& rows, const Block& z) {
+template <class Rows, class Derived>
+Eigen::MatrixXd gathered(const Rows& rows, const Eigen::MatrixBase<Derived>& z) {
     Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(std::ssize(rows), z.cols());
     for (Eigen::Index i = 0; i < sums.rows(); ++i) {
-        for (const auto& [row, value] : rows[at(i)].column)
+        for (const auto& [row, value] : rows[at(i)]->column)
             sums.row(i) += value * z.row(row);
     }
     return sums;
@@ -214,80 +220,89 @@ void Cholesky::Factor::factor(const Sparse& A, std::span<const Index> now) {
     ++factorizations;
 }
 
-// Sets the rows' columns of V; returns C.
-Eigen::MatrixXd Cholesky::Factor::set_columns(const Sparse& A, std::vector<Row>& rows) const {
-    const auto m = std::ssize(rows);
-    Eigen::MatrixXd C = Eigen::MatrixXd::Zero(m, m);
-    std::vector<Index> place(at(size()), -1);  // among the rows let go
-    bool any = false;
-    for (Eigen::Index i = 0; i < m; ++i) {
-        Row& changed = rows[at(i)];
-        if (changed.let_go) {
-            place[at(changed.row)] = static_cast<Index>(i);
-            any = true;
-        } else {
-            changed.column.emplace_back(changed.row, 1.0);
-        }
-    }
-    if (!any) return C;
-    const auto add = [&](Index own, Eigen::Index other, double value) {
-        if (place[at(other)] >= 0) {
-            C(own, place[at(other)]) = value;
-        } else if (held[at(other)] == 0) {
-            rows[at(own)].column.emplace_back(static_cast<Index>(other), value);
-        }
-    };
-    for (Eigen::Index col = 0; col < A.cols(); ++col) {
-        for (Sparse::InnerIterator entry(A, col); entry && entry.row() <= col; ++entry) {
-            const Index of_col = place[at(col)];
-            const Index of_row = place[at(entry.row())];
-            if (of_col >= 0) add(of_col, entry.row(), entry.value());
-            if (of_row >= 0 && entry.row() != col) add(of_row, col, entry.value());
-        }
-    }
-    return C;
+// Reading what is kept of the corrected rows costs up to a quarter of the sweeps through the factor that it goes with.
+Index Cholesky::Factor::most_corrected() const {
+    constexpr double least = 20.0;
+    return static_cast<Index>(std::max(least, 0.5 * analysis->nonzeros() / std::max<Index>(size(), 1)));
 }
 
-// B^-1 V: n x m. Columns of rows that were corrected before are at hand.
-Block Cholesky::Factor::solved_columns(const std::vector<Row>& rows) const {
-    const auto m = std::ssize(rows);
-    Block solved = Block::Zero(size(), m);
-    std::vector<Eigen::Index> fresh;
-    for (Eigen::Index i = 0; i < m; ++i) {
-        const auto known = std::find_if(correction.rows.begin(), correction.rows.end(),
-                                        [&](const Row& old) { return old.row == rows[at(i)].row; });
-        if (known != correction.rows.end()) {
-            solved.col(i) = correction.solved.col(known - correction.rows.begin());
-            continue;
+// Of rows of which nothing is known yet.
+void Cholesky::Factor::set_columns(const Sparse& A, const Rows& rows) const {
+    std::vector<Row*> of_vertex(at(size()), nullptr);
+    bool any = false;
+    for (const std::shared_ptr<Row>& changed : rows) {
+        if (changed->let_go) {
+            of_vertex[at(changed->row)] = changed.get();
+            any = true;
+        } else {
+            changed->column.emplace_back(changed->row, 1.0);
         }
-        fresh.push_back(i);
-        for (const auto& [row, value] : rows[at(i)].column)
-            solved(row, i) = value;
     }
-    if (std::ssize(fresh) == m) {
-        sweep(solved, solved);
-    } else if (!fresh.empty()) {
-        Block columns = solved(Eigen::all, fresh);
-        sweep(columns, columns);
-        solved(Eigen::all, fresh) = columns;
+    if (!any) return;
+    const auto add = [&](Row* to, Eigen::Index other, double value) {
+        if (to == nullptr) return;
+        (held[at(other)] != 0 ? to->beside : to->column).emplace_back(static_cast<Index>(other), value);
+    };
+    for (Eigen::Index col = 0; col < A.cols(); ++col) {
+        Row* const of_col = of_vertex[at(col)];
+        for (Sparse::InnerIterator entry(A, col); entry && entry.row() <= col; ++entry) {
+            add(of_col, entry.row(), entry.value());
+            if (entry.row() != col) add(of_vertex[at(entry.row())], col, entry.value());
+        }
     }
-    return solved;
+}
+
+// All in one sweep.
+void Cholesky::Factor::solve_columns(const Rows& rows) const {
+    const auto m = std::ssize(rows);
+    Block columns = Block::Zero(size(), m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+        for (const auto& [row, value] : rows[at(i)]->column)
+            columns(row, i) = value;
+    }
+    sweep(columns, columns);
+    for (Eigen::Index i = 0; i < m; ++i)
+        rows[at(i)]->solved = columns.col(i);
 }
 
 // False where the corrected solves would not be sound; nothing has changed then.
 bool Cholesky::Factor::correct(const Sparse& A, const std::vector<Index>& changed) {
+    constexpr std::ptrdiff_t most_fresh = 20;  // a sweep of more of them costs as much as a new factor
     Correction next;
-    for (const Index row : changed)
-        next.rows.push_back({row, held[at(row)] != 0, {}});
-    const Eigen::MatrixXd C = set_columns(A, next.rows);
-    next.solved = solved_columns(next.rows);
-    const Eigen::MatrixXd schur = C - gathered(next.rows, next.solved);
-    Eigen::VectorXd sizes(schur.rows());
+    Rows fresh;
+    for (const Index row : changed) {
+        const auto known = std::find_if(correction.rows.begin(), correction.rows.end(),
+                                        [&](const auto& old) { return old->row == row; });
+        if (known != correction.rows.end()) {
+            next.rows.push_back(*known);
+            continue;
+        }
+        fresh.push_back(std::make_shared<Row>(Row{row, held[at(row)] != 0, {}, {}, {}}));
+        next.rows.push_back(fresh.back());
+    }
+    if (std::ssize(fresh) > most_fresh) return false;
+    if (!fresh.empty()) {
+        set_columns(A, fresh);
+        solve_columns(fresh);
+    }
+    const auto m = std::ssize(next.rows);
+    const auto place = [&](Index row) {
+        return std::lower_bound(changed.begin(), changed.end(), row) - changed.begin();
+    };
+    Eigen::MatrixXd schur(m, m);
+    Eigen::VectorXd sizes(m);
     Eigen::Index let_go = 0;
-    for (Eigen::Index i = 0; i < sizes.size(); ++i) {
-        const Row& row = next.rows[at(i)];
-        sizes[i] = row.let_go ? C(i, i) : next.solved(row.row, i);
+    for (Eigen::Index i = 0; i < m; ++i) {
+        const Row& row = *next.rows[at(i)];
+        schur.col(i) = -gathered(next.rows, row.solved);
+        sizes[i] = row.let_go ? 0.0 : row.solved[row.row];
         let_go += row.let_go ? 1 : 0;
+        for (const auto& [other, value] : row.beside) {
+            const std::ptrdiff_t j = place(other);
+            if (j == m || changed[at(j)] != other) continue;
+            schur(j, i) += value;
+            if (j == i) sizes[i] = value;
+        }
     }
     if (!is_sound(schur, sizes, let_go)) return false;
     next.schur.compute(schur);
@@ -299,20 +314,29 @@ void Cholesky::Factor::solve_corrected(const Block& b, Block& x) const {
     const auto m = std::ssize(correction.rows);
     Eigen::MatrixXd own(m, b.cols());
     for (Eigen::Index i = 0; i < m; ++i)
-        own.row(i) = b.row(correction.rows[at(i)].row);
+        own.row(i) = b.row(correction.rows[at(i)]->row);
     x = b;
     Eigen::MatrixXd y = own;
     for (Eigen::Index i = 0; i < m; ++i) {
-        if (correction.rows[at(i)].let_go) continue;
+        if (correction.rows[at(i)]->let_go) continue;
         y.row(i).setZero();
-        x.row(correction.rows[at(i)].row).setZero();
+        x.row(correction.rows[at(i)]->row).setZero();
     }
     sweep(x, x);
     y -= gathered(correction.rows, x);
     y = correction.schur.solve(y).eval();
-    x.noalias() -= correction.solved * y;
+    constexpr Index rows_a_run = 1024;  // of x, which stays in the cache meanwhile
+    const Index runs = (size() + rows_a_run - 1) / rows_a_run;
+#pragma omp parallel for schedule(static) if (runs > 8)
+    for (Index run = 0; run < runs; ++run) {
+        const Index first = run * rows_a_run;
+        const Index count = std::min(rows_a_run, size() - first);
+        for (Eigen::Index i = 0; i < m; ++i)
+            x.middleRows(first, count).noalias() -=
+                correction.rows[at(i)]->solved.segment(first, count) * y.row(i);
+    }
     for (Eigen::Index i = 0; i < m; ++i) {
-        const Row& row = correction.rows[at(i)];
+        const Row& row = *correction.rows[at(i)];
         x.row(row.row) = row.let_go ? y.row(i) : own.row(i);
     }
 }
@@ -354,7 +378,7 @@ void Cholesky::change_held(const Sparse& A, std::span<const Index> held) {
         factor_->correction = {};
         return;
     }
-    if (factor_->factored && std::ssize(changed) <= most_corrected()) {
+    if (factor_->factored && std::ssize(changed) <= factor_->most_corrected()) {
         try {
             if (factor_->correct(A, changed)) return;
         } catch (const std::bad_alloc&) {
@@ -389,7 +413,7 @@ double Cholesky::nonzeros() const {
 }
 std::size_t Cholesky::memory_bytes() const {
     return factor_->numeric.memory_bytes() + factor_->analysis->memory_bytes() + factor_->held.size() +
-           static_cast<std::size_t>(factor_->correction.solved.size()) * sizeof(double);
+           factor_->correction.rows.size() * static_cast<std::size_t>(rows()) * sizeof(double);
 }
 const std::shared_ptr<const CholeskyAnalysis>& Cholesky::analysis() const {
     return factor_->analysis;
@@ -399,6 +423,9 @@ int Cholesky::factorizations() const {
 }
 Index Cholesky::corrected() const {
     return static_cast<Index>(factor_->correction.rows.size());
+}
+Index Cholesky::most_corrected() const {
+    return factor_->most_corrected();
 }
 
 }  // namespace beltrami

@@ -81,8 +81,9 @@ class Cholesky {
     void refactor(const Eigen::SparseMatrix<double>& A, std::span<const Index> held = {});
 
     /// Other held rows of the same A, whose numbers are those of the last factorization. Where at most most_corrected() rows
-    /// differ from it there is no new factor: a dense system of that size corrects the solves (see "Cholesky" in
-    /// docs/solvers.md), for a solve of one column for each row that is new, and that many numbers for each row of A.
+    /// differ from it, at most 20 of them since the last change, there is no new factor: a dense system of that size corrects
+    /// the solves (see "Cholesky" in docs/solvers.md), for a solve of one column for each row that is new, and that many
+    /// numbers for each row of A.
     /// Otherwise, and where that system is close to singular, as refactor(). Throws like it.
     void change_held(const Eigen::SparseMatrix<double>& A, std::span<const Index> held);
 
@@ -98,8 +99,9 @@ class Cholesky {
     [[nodiscard]] int factorizations() const;
     /// Rows that are held now and were not in the last factorization, or the other way round.
     [[nodiscard]] Index corrected() const;
-    /// From more of them a new factor costs less than the correction and the solves with it.
-    static constexpr Index most_corrected() { return 20; }
+    /// Half as many as a row of the factor has entries, but 20 at least: solves with the correction take up to a quarter more
+    /// than with a new factor.
+    [[nodiscard]] Index most_corrected() const;
 
   private:
     struct Factor;

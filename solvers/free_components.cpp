@@ -11,9 +11,13 @@
 namespace beltrami {
 
 Constraints hold_free_components(const Laplacian& laplacian, const Constraints& held, FreeComponents policy) {
+    return hold_free_components(laplacian, connected_components(laplacian.graph()), held, policy);
+}
+
+Constraints hold_free_components(const Laplacian& laplacian, const Components& components,
+                                 const Constraints& held, FreeComponents policy) {
     const Renumbering& order = laplacian.order();
     held.check_range(laplacian.vertex_count());
-    const Components components = connected_components(laplacian.graph());
     const auto component = [&](Index user) {
         return static_cast<std::size_t>(components.of_vertex[static_cast<std::size_t>(order.working(user))]);
     };

@@ -17,5 +17,8 @@ enum class FreeComponents {
 /// with FreeComponents::refuse throws InputError that counts those components and names a vertex of each (ten at
 /// most). Isolated vertices are not components: nothing is solved there.
 Constraints hold_free_components(const Laplacian& laplacian, const Constraints& held, FreeComponents policy);
+/// The same where connected_components(laplacian.graph()) is at hand.
+Constraints hold_free_components(const Laplacian& laplacian, const Components& components,
+                                 const Constraints& held, FreeComponents policy);
 
 }  // namespace beltrami

@@ -410,15 +410,23 @@ LinearSummary LinearSolver::solve_green(const Block& b, const std::vector<Index>
     return summary;
 }
 
+Cholesky::Ordering LinearSolver::ordering() const {
+    return options_.expected_solves >= worth_metis ? Cholesky::Ordering::metis : Cholesky::Ordering::amd;
+}
+
+void LinearSolver::analyse() {
+    if (options_.analysis || choose({}, 1).kind != SolverKind::cholesky) return;
+    if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
+    options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering());
+}
+
 // Where few rows are held the factor is of all rows, with those that are held as in the identity: one analysis serves any
 // set of them. Where many are, of the free rows alone.
 void LinearSolver::factor(const std::vector<Index>& held) {
     if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
-    const auto ordering =
-        options_.expected_solves >= worth_metis ? Cholesky::Ordering::metis : Cholesky::Ordering::amd;
     if (static_cast<double>(held.size()) <= most_held * static_cast<double>(A_->rows())) {
         if (!options_.analysis)
-            options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering);
+            options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering());
         if (factor_ && free_.empty()) {
             factor_->change_held(matrix_, held);
         } else {
@@ -451,7 +459,7 @@ void LinearSolver::factor(const std::vector<Index>& held) {
         }
     }
     A_ff.finalize();
-    factor_.emplace(A_ff, ordering);
+    factor_.emplace(A_ff, ordering());
 }
 
 LinearSummary LinearSolver::solve_cholesky(const Block& b, const std::vector<Index>& held, Block& x) {

@@ -83,6 +83,10 @@ class LinearSolver {
     /// that does not converge returns with converged = false and the last iterate in x: see require_converged().
     [[nodiscard]] LinearSummary solve(const Block& b, const Constraints& held, Block& x);
 
+    /// Makes analysis() ahead of the first solve, where a factor is what would be chosen without held vertices. Throws
+    /// SolveError where memory does not suffice.
+    void analyse();
+
     [[nodiscard]] const LinearOperator& op() const { return *A_; }
 
     /// What multigrid and Cholesky made or were given; null before.
@@ -102,6 +106,7 @@ class LinearSolver {
     };
     [[nodiscard]] Choice choose(const std::vector<Index>& held, Index columns) const;
     LinearSummary solve_by(SolverKind kind, const Block& b, const std::vector<Index>& held, Block& x);
+    [[nodiscard]] Cholesky::Ordering ordering() const;
     void factor(const std::vector<Index>& held);
     LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
     LinearSummary solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x);

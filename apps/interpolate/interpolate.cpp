@@ -36,6 +36,7 @@ void require_within(const Constraints& fixed, const Bounds& bounds) {
 Interpolator::Interpolator(const Laplacian& laplacian, const InterpolateOptions& options)
     : laplacian_(laplacian),
       free_components_(options.free_components),
+      components_(connected_components(laplacian.graph())),
       solver_(PdeOperator(laplacian, 0.0, term_weights(options.laplacian, options.bilaplacian)),
               options.linear) {
     for (Index v = 0; v < laplacian.vertex_count(); ++v) {
@@ -48,7 +49,8 @@ InterpolateResult Interpolator::operator()(const Constraints& fixed, const std::
         throw InputError("no vertex is fixed, so there is nothing to interpolate", "fix at least one");
     if (bounds) require_within(fixed, *bounds);
     const Renumbering& order = laplacian_.order();
-    const Constraints held = order.to_working(hold_free_components(laplacian_, fixed, free_components_));
+    const Constraints held =
+        order.to_working(hold_free_components(laplacian_, components_, fixed, free_components_));
     const Block no_load = Block::Zero(laplacian_.vertex_count(), fixed.columns());
     // A solve that fails leaves nothing to start from.
     Block value = std::exchange(value_, Block());

@@ -57,6 +57,7 @@ class Interpolator {
   private:
     Laplacian laplacian_;
     FreeComponents free_components_;
+    Components components_;
     LinearSolver solver_;
     std::vector<Index> isolated_;  // of the working order; no solve moves them
     Block value_;                  // the last result, in the working order: the next one is near

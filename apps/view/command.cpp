@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
 #include <mutex>
 #include <thread>
 
@@ -42,6 +43,24 @@ class ScratchFolder {
   private:
     std::filesystem::path path_;
 };
+
+// Starts the program anew, once, where OpenMP's idle threads would look for work in a loop, for tens of milliseconds: on a small
+// machine it is the browser that needs their cores, to show what was found. libgomp reads the variable when it is loaded.
+void spare_cores() {
+    constexpr const char* loops = "GOMP_SPINCOUNT";
+    constexpr const char* few = "2000";  // some 10 us: short of what a product with the matrix takes
+    if (std::getenv(loops) != nullptr || std::getenv("OMP_WAIT_POLICY") != nullptr) return;
+    std::ifstream stream("/proc/self/cmdline", std::ios::binary);
+    std::vector<std::string> words;
+    for (std::string word; std::getline(stream, word, '\0');)
+        words.push_back(word);
+    std::vector<char*> arguments;
+    for (std::string& word : words)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    if (words.empty() || setenv(loops, few, 1) != 0) return;
+    execv("/proc/self/exe", arguments.data());  // returns only where it fails, and then all goes on as it is
+}
 
 struct ViewOptions {
     view::ServerOptions server;
@@ -209,6 +228,7 @@ void add_view(CLI::App& program, Run& run) {
     command->add_flag("--dark", options->dark, "on a dark ground")->needs(screenshot);
     command->callback([&run, options] {
         check(*options);
+        spare_cores();
         if (!options->screenshot.empty()) run.also_writes(options->screenshot, "--screenshot");
         const Mesh mesh = run.load_mesh();
         if (mesh.vertex_count() > most_vertices) {

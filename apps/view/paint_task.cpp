@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <array>
+#include <future>
 #include <map>
 #include <set>
 #include <utility>
@@ -21,13 +24,23 @@ const std::vector<std::string> mode_words = {"scalar", "colors", "displacement"}
 constexpr std::size_t most_fixed = 200000;
 // More than these are written to a file that the command line names.
 constexpr std::size_t most_on_command_line = 40;
+constexpr int expected_solves = 1000;
+constexpr Index most_foreseen =
+    300000;  // vertices; of more an analysis takes longer than the program's end should
 
 using FixedValues = std::map<Index, std::vector<double>>;
 
+// What a solver is made for.
 struct Weights {
     double laplacian = 1.0;
     double bilaplacian = 0.0;
+    bool bounded = false;
     friend bool operator==(const Weights&, const Weights&) = default;
+
+    [[nodiscard]] std::size_t order() const { return bilaplacian > 0.0 ? 2 : 1; }
+    // With K D K it is of the last refinement: what is left is far smaller, and a picture shows less. A search for what lies at
+    // the bounds needs exact values.
+    [[nodiscard]] double tolerance() const { return order() == 2 && !bounded ? 1e-6 : 1e-10; }
 };
 
 class PaintTask : public Task {
@@ -65,7 +78,7 @@ class PaintTask : public Task {
                 {"fixed", std::move(list)},
                 {"gamma_1", weights_.laplacian},
                 {"gamma_2", weights_.bilaplacian},
-                {"bounded", bounded_}};
+                {"bounded", weights_.bounded}};
     }
 
     [[nodiscard]] std::vector<std::string> command() const override {
@@ -78,7 +91,7 @@ class PaintTask : public Task {
                 line += fmt::format(" --fix {}={}", v, fmt::join(value, ","));
         }
         line += fmt::format(" --laplacian {} --bilaplacian {}", weights_.laplacian, weights_.bilaplacian);
-        if (bounded_) line += " --bounded";
+        if (weights_.bounded) line += " --bounded";
         if (mode_ == Mode::colors) line += " --colours 1";
         if (mode_ == Mode::displacement) line += " --displace";
         return {line + " --free-components keep -o paint.ply"};
@@ -114,6 +127,7 @@ class PaintTask : public Task {
                 weights = weights_;
             }
             solver_for(weights, progress)({{0, 0.0}});
+            foresee();
             return std::string();
         });
     }
@@ -155,9 +169,9 @@ class PaintTask : public Task {
         if (weights.laplacian == 0.0 && weights.bilaplacian == 0.0) {
             throw InputError("gamma_1 and gamma_2 are both 0", "raise one of them");
         }
+        if (request.has("bounded")) weights.bounded = request.flag("bounded");
         weights_ = weights;
         if (request.has("mode")) mode_ = static_cast<Mode>(request.word("mode", mode_words));
-        if (request.has("bounded")) bounded_ = request.flag("bounded");
         if (fixed().empty()) prepare();
     }
 
@@ -175,14 +189,12 @@ class PaintTask : public Task {
         FixedValues given;
         Weights weights;
         Mode mode{};
-        bool bounded = false;
         long id = 0;
         {
             const std::lock_guard lock(stage_.mutex);
             given = fixed();
             weights = weights_;
             mode = mode_;
-            bounded = bounded_;
             id = asked_;
         }
         const Index columns = mode == Mode::scalar ? 1 : 3;
@@ -193,8 +205,8 @@ class PaintTask : public Task {
             for (const auto& [v, x] : given)
                 constraints.fix(v, x);
             Interpolator& interpolate = solver_for(weights, progress);
-            InterpolateResult result =
-                interpolate(constraints, bounded ? std::optional(range_of(constraints)) : std::nullopt);
+            InterpolateResult result = interpolate(
+                constraints, weights.bounded ? std::optional(range_of(constraints)) : std::nullopt);
             note = result.summary.brief();
             value = std::move(result.value);
             if (mode == Mode::colors) value = clamped(value, 0.0, 1.0).value;
@@ -216,23 +228,38 @@ class PaintTask : public Task {
         InterpolateOptions options{.laplacian = weights.laplacian,
                                    .bilaplacian = weights.bilaplacian,
                                    .free_components = FreeComponents::keep_at_zero};
-        options.linear.expected_solves = 1000;
+        options.linear.expected_solves = expected_solves;
+        options.linear.tolerance = weights.tolerance();
         options.linear.progress = &progress;
         if (solver_) {
             options.linear.hierarchy = solver_->solver().hierarchy();
-            // An analysis is of one pattern: with or without K D K.
-            if ((weights.bilaplacian > 0.0) == (solver_weights_.bilaplacian > 0.0))
-                options.linear.analysis = solver_->solver().analysis();
+            analyses_[solver_weights_.order() - 1] = solver_->solver().analysis();
         }
+        std::shared_ptr<const CholeskyAnalysis>& analysis = analyses_[weights.order() - 1];
+        if (!analysis && weights.order() == 2 && foreseen_.valid()) analysis = foreseen_.get();
+        options.linear.analysis = analysis;
         solver_.emplace(stage_.laplacian(), options);
         solver_weights_ = weights;
         return *solver_;
     }
 
+    // The pattern of K D K takes longest to analyse: it is done while nobody has asked for gamma_2 yet.
+    void foresee() {
+        if (foreseen_.valid() || solver_weights_.order() == 2 || stage_.vertex_count() > most_foreseen)
+            return;
+        foreseen_ = std::async(std::launch::async, [this] {
+            setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()),
+                        10);  // of this thread: the others come first
+            LinearSolver smooth(PdeOperator(stage_.laplacian(), 0.0, {1.0, 1.0}),
+                                {.expected_solves = expected_solves});
+            smooth.analyse();
+            return smooth.analysis();
+        });
+    }
+
     Mode mode_ = Mode::scalar;
     std::array<FixedValues, 3> fixed_of_mode_;
     Weights weights_;
-    bool bounded_ = false;
     long asked_ = 0;  // the newest request
     Block value_;
     Mode value_mode_ = Mode::scalar;
@@ -240,6 +267,8 @@ class PaintTask : public Task {
     // Of the solver thread alone.
     std::optional<Interpolator> solver_;
     Weights solver_weights_;
+    std::array<std::shared_ptr<const CholeskyAnalysis>, 2> analyses_;  // by the order of the operator
+    std::future<std::shared_ptr<const CholeskyAnalysis>> foreseen_;    // of the second
 };
 
 }  // namespace

@@ -9,8 +9,9 @@ import { loadavg } from 'node:os';
 import { bunny, startViewer } from './viewer.mjs';
 
 const clicks = 20;
+const hand = 400; // ms that a hand takes from one thing to the next, at least
 const dragSeconds = 3;
-const pointerRate = 125; // events in a second, as of an ordinary mouse
+const pointerRate = 60; // events in a second: a browser gives a page one for each picture
 
 const meshes = process.argv.length > 2 ? process.argv.slice(2) : [bunny, 'shape:bumpy-sphere:150000'];
 
@@ -108,7 +109,7 @@ async function clickAround(viewer) {
       const before = await viewer.see((b) => b.latencies().length);
       await viewer.clickVertex(vertex);
       await viewer.until((b, n) => b.latencies().length > n, before);
-      await pause(400); // as long as a hand takes, at least
+      await pause(hand);
     }
   });
   const [first, ...others] = all.map((l) => l.painted - l.sent);
@@ -141,6 +142,7 @@ async function measure(mesh) {
     await viewer.until((b) => b.state.paint.fixed.length === 0);
     await viewer.fill('paint-gamma-2-number', await viewer.see((b) => (30 * b.mesh.mean_edge) ** 2));
     await viewer.until((b) => b.state.paint.gamma_2 > 0);
+    await pause(hand);
     note('click, with bi-Laplacian', ...(await clickAround(viewer)));
 
     await viewer.tab('poke');

@@ -247,10 +247,10 @@ TEST(Cholesky, FactorsWhereManyHeldRowsChange) {
     const Sparse A = assembled(shapes::grid(30, 30), 0.0, {1.0});
     const auto n = static_cast<Index>(A.rows());
     Cholesky factor(A, std::make_shared<const CholeskyAnalysis>(A), std::vector<Index>{0});
-    std::vector<Index> held(static_cast<std::size_t>(Cholesky::most_corrected()) + 1);
+    std::vector<Index> held(static_cast<std::size_t>(factor.most_corrected()) + 1);
     std::iota(held.begin(), held.end(), 0);
     factor.change_held(A, held);
-    EXPECT_EQ(factor.corrected(), Cholesky::most_corrected());
+    EXPECT_EQ(factor.corrected(), factor.most_corrected());
     EXPECT_EQ(factor.factorizations(), 1);
     held.push_back(500);
     factor.change_held(A, held);
@@ -258,6 +258,36 @@ TEST(Cholesky, FactorsWhereManyHeldRowsChange) {
     EXPECT_EQ(factor.factorizations(), 2);
     const Block b = random_block(n, 1);
     EXPECT_LT(relative_difference(solved(factor, b), by_reduction(A, held, b)), 1e-10);
+}
+
+// A thick factor stays for more of them, if they do not come all at once.
+TEST(Cholesky, CorrectsAsManyRowsAsAFactorIsThick) {
+    const Sparse A = assembled(shapes::grid(60, 60), 0.0, {1.0, 1.0});
+    const auto n = static_cast<Index>(A.rows());
+    const auto analysis = std::make_shared<const CholeskyAnalysis>(A);
+    Cholesky factor(A, analysis, std::vector<Index>{0});
+    const Index most = factor.most_corrected();
+    ASSERT_GT(most, 25);
+    EXPECT_EQ(most, static_cast<Index>(0.5 * factor.nonzeros() / n));
+    const Block b = random_block(n, 2);
+    std::vector<Index> held;
+    for (Index k = 0; k < most - 1; ++k) {
+        held.push_back((37 * k + 11) % n);
+        factor.change_held(A, held);
+        if (k % 8 == 0) {
+            EXPECT_LT(relative_difference(solved(factor, b), by_reduction(A, held, b)), 1e-8) << k;
+        }
+    }
+    EXPECT_EQ(factor.corrected(), most);  // row 0 was let go
+    EXPECT_EQ(factor.factorizations(), 1);
+    EXPECT_LT(relative_difference(solved(factor, b), by_reduction(A, held, b)), 1e-8);
+    factor.change_held(A, std::vector<Index>{0});
+    EXPECT_EQ(factor.corrected(), 0);
+    EXPECT_EQ(factor.factorizations(), 1);
+    held.resize(21);
+    factor.change_held(A, held);
+    EXPECT_EQ(factor.corrected(), 0);
+    EXPECT_EQ(factor.factorizations(), 2);
 }
 
 // What the held rows hid.

@@ -370,6 +370,29 @@ TEST(LinearSolver, OneSymbolicAnalysisServesAMesh) {
     EXPECT_EQ(CholeskyAnalysis::builds(), before + 1);
 }
 
+TEST(LinearSolver, AnalysesAheadWhereItWillFactor) {
+    const Laplacian laplacian(shapes::icosphere(3));
+    const LinearSolverOptions often{.expected_solves = 1000};
+    const long before = CholeskyAnalysis::builds();
+    LinearSolver ahead(PdeOperator(laplacian, 0.0, {1.0, 1.0}), often);
+    ahead.analyse();
+    ahead.analyse();
+    ASSERT_NE(ahead.analysis(), nullptr);
+    LinearSolverOptions with = often;
+    with.analysis = ahead.analysis();
+    LinearSolver later(PdeOperator(laplacian, 0.0, {0.0, 0.2}), with);
+    const Constraints held{{0, 1.0}, {30, 2.0}};
+    const Block b = Block::Zero(laplacian.vertex_count(), 1);
+    Block x = b;
+    ASSERT_TRUE(later.solve(b, held, x).converged);
+    EXPECT_EQ(CholeskyAnalysis::builds(), before + 1);
+    EXPECT_LT(relative_difference(x, by_schur_complement(later.op(), b, held).x), 1e-8);
+
+    LinearSolver other(PdeOperator(laplacian, 0.0, {1.0}), {.kind = SolverKind::cg});
+    other.analyse();
+    EXPECT_EQ(other.analysis(), nullptr);
+}
+
 TEST(LinearSolver, MovingAConstraintRebuildsNothing) {
     const long before = EdgeOperator<double>::builds();
     const Laplacian laplacian(shapes::icosphere(3));

@@ -28,6 +28,7 @@ import { LiveSource, ReportSource } from './source';
 
 const tasks = ['heat', 'wave', 'paint', 'poke', 'harmonics'] as const;
 const live = !ReportSource.here();
+const patience = 1000; // ms that the picture in full waits for an answer
 
 let viewer: SceneViewer | null = null;
 let panels: Panels | null = null;
@@ -128,13 +129,16 @@ function begin(mesh: MeshMessage, received: Received): void {
     unseen.clear();
     for (const frame of newest) panels?.receive(frame);
   });
-  scene.stage.afterRender(() => {
-    if (source instanceof LiveSource) source.latencies.painted();
-  });
+  if (source instanceof LiveSource) {
+    const { latencies } = source;
+    scene.stage.afterRender(() => latencies.painted());
+    scene.stage.expects = () => latencies.awaited(patience);
+  }
   // The first pick waits for a tree: it is built while nobody waits, but where it takes long only when it is needed.
   if (received.arrays.triangles?.length < 1.5e6) whenIdle(() => scene.preparePicking());
   for (const message of early.splice(0)) handle(message);
   if (!live) return;
+  whenIdle(() => scene.rehearseField());
   if (shell.tab === 'look') look.recallField();
   seen.ready();
   say('Drag to turn, right drag to move, wheel to come nearer; ? shows the keys.');

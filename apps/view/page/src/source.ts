@@ -18,6 +18,16 @@ export interface Latency {
   painted: number;
 }
 
+/** Requests of a hand, which a frame answers. */
+const touches: ReadonlySet<Request['do']> = new Set([
+  'paint.fix',
+  'paint.set',
+  'poke.hold',
+  'poke.release',
+  'harmonics.show',
+  'harmonics.filter',
+] as const);
+
 /** From a request to the picture that shows its answer. */
 export class Latencies {
   readonly measured: Latency[] = [];
@@ -27,6 +37,12 @@ export class Latencies {
   private readonly waiting = new Map<number, { do: Request['do']; sent: number }>();
   private unpainted: Latency[] = [];
   private static readonly most = 10_000;
+
+  /** A frame will answer what was asked within the last `patience` milliseconds. */
+  awaited(patience: number): boolean {
+    const since = performance.now() - patience;
+    return [...this.waiting.values()].some((request) => request.sent > since && touches.has(request.do));
+  }
 
   sent(id: number, what: Request['do']): void {
     this.waiting.set(id, { do: what, sent: performance.now() });

@@ -229,6 +229,15 @@ export class SceneViewer implements Viewer {
 
   // What the surface is coloured by.
 
+  /** So that the first field need not wait. */
+  rehearseField(): void {
+    if (this.field.kind !== 'plain') return;
+    this.stage.rehearse(
+      () => this.showScalar('', new Float32Array(this.rest.length / 3)),
+      () => this.showPlain(),
+    );
+  }
+
   showPlain(): void {
     this.setField({ kind: 'plain' });
   }

@@ -50,6 +50,8 @@ export class Stage {
   /** Milliseconds of the last one, as far as the page can tell. */
   renderTime = 0;
   insets: () => Insets = () => ({ top: 0, right: 0, bottom: 0, left: 0 });
+  /** Something new is about to be shown: a picture in full would only hold it up. */
+  expects: () => boolean = () => false;
 
   private controls: OrbitControls;
   private up: Axis = 'y';
@@ -162,10 +164,13 @@ export class Stage {
     this.renderTime = performance.now() - start;
     ++this.renders;
     for (const listener of this.after) listener();
-    if (draft && this.pending === 0) this.resting = window.setTimeout(() => this.refine(), rest);
+    if (draft && this.pending === 0) this.refineLater();
   }
 
-  /** What a draft has shown is drawn in full, unless something has changed again by then. */
+  /** What a draft has shown is drawn in full, unless something has changed again by then or is about to. */
+  private refineLater(): void {
+    this.resting = window.setTimeout(() => (this.expects() ? this.refineLater() : this.refine()), rest);
+  }
   private refine(): void {
     this.resting = undefined;
     if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame(false));
@@ -181,6 +186,17 @@ export class Stage {
     }
     this.clip();
     this.renderer.render(this.scene, this.camera);
+  }
+
+  /** Draws the picture as `change` makes it, and then as it was before the browser shows either: what is compiled when it is
+   * drawn first is there when it is wanted. */
+  rehearse(change: () => void, back: () => void): void {
+    if (this.lost) return;
+    this.isDraft = this.drafts;
+    change();
+    this.render();
+    back();
+    this.invalidate();
   }
 
   /** Draws now, width x height pixels with edges smoothed `finer` times, and hands the canvas to `use`; then all is as
