@@ -81,4 +81,17 @@ std::string Parcel::bytes() const {
     return bytes + text + arrays_;
 }
 
+std::vector<float> floats_of(std::string_view parcel, const std::string& name) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, parcel.data(), sizeof length);
+    const nlohmann::json header = nlohmann::json::parse(parcel.substr(sizeof length, length));
+    const nlohmann::json& place = header.at("arrays").at(name);
+    const std::string_view arrays = parcel.substr(sizeof length + length);
+    std::vector<float> values(place.at("count").get<std::size_t>());
+    if (!values.empty())
+        std::memcpy(values.data(), arrays.data() + place.at("at").get<std::size_t>(),
+                    values.size() * sizeof(float));
+    return values;
+}
+
 }  // namespace beltrami::view

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "beltrami/framework/types.hpp"
@@ -36,5 +37,8 @@ class Parcel {
     nlohmann::json header_;
     std::string arrays_;
 };
+
+/// The numbers of an array that was added as float32.
+std::vector<float> floats_of(std::string_view parcel, const std::string& name);
 
 }  // namespace beltrami::view

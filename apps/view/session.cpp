@@ -50,6 +50,7 @@ class Session::Implementation {
                  .made_laplacian = laplacian,
                  .why_no_laplacian = options_.why_no_laplacian,
                  .argument = options_.argument,
+                 .most_bytes_of_moments = options_.most_bytes_of_moments,
                  .scratch = options_.scratch},
           shown_(shown(mesh, mesh.vertex_count())),
           worker_([this](const std::string& task, const ProgressReport& report) {
@@ -229,8 +230,11 @@ class Session::Implementation {
     void save(ClientId client, const Request& request) {
         static const std::vector<std::string> formats = {"ply", "obj", "vtu", "csv"};
         const std::string& format = formats[request.word("format", formats)];
-        Saved saved = task_ == "look" ? Saved{stage_.mesh, {}, {}} : current().saved();
-        const std::string name = fmt::format("{}.{}", task_ == "look" ? "mesh" : task_, format);
+        Saved saved = task_ == "look"       ? Saved{stage_.mesh, {}, {}}
+                      : request.has("step") ? current().saved_at(request.integer("step", 0, most_steps))
+                                            : current().saved();
+        const std::string moment = format == "csv" || saved.moment.empty() ? "" : "-" + saved.moment;
+        const std::string name = fmt::format("{}{}.{}", task_ == "look" ? "mesh" : task_, moment, format);
         if (format == "csv" && saved.csv.empty())
             throw InputError("nothing was placed", "click on the surface");
         saver_.post(fmt::format("{} {}", client, name), [this, client, name, format,

@@ -29,6 +29,8 @@ struct SessionOptions {
     std::string greeting = {};
     /// For a page's binary message; none are taken where it is empty.
     std::function<void(std::string_view)> binary = {};
+    /// Moments of a simulation that are kept; past this every other one is given up.
+    std::size_t most_bytes_of_moments = std::size_t{256} << 20U;
 };
 
 /// What a server does for a session.

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "beltrami/framework/stopwatch.hpp"
@@ -13,8 +15,6 @@ namespace beltrami::view {
 
 namespace {
 
-// Moments that are kept for pages that open later; past this every other one is given up.
-constexpr std::size_t most_bytes_of_moments = std::size_t{256} << 20U;
 constexpr std::size_t most_placed = 1000;
 
 class SimulationTask : public Task {
@@ -45,7 +45,7 @@ class SimulationTask : public Task {
         }
         if (request.name() != name() + ".set") return false;
         if (request.has("time")) time_ = request.number("time", 1e-12 * usual_time_, 1e12 * usual_time_);
-        if (request.has("steps")) steps_ = request.integer("steps", 1, 10000);
+        if (request.has("steps")) steps_ = request.integer("steps", 1, most_steps);
         if (wave_ && request.has("beta_2")) beta_2_ = request.number("beta_2", 0.0, 1e6);
         return true;
     }
@@ -106,7 +106,25 @@ class SimulationTask : public Task {
         std::string csv = "vertex,value\n";
         for (const auto& [v, value] : ran_.placed)
             csv += fmt::format("{},{}\n", v, value);
-        return {stage_.mesh, {{"u", last_}}, csv};
+        const std::string moment = last_step_ == ran_.steps ? "" : std::to_string(last_step_);
+        return {stage_.mesh, {{"u", last_}}, csv, moment};
+    }
+
+    [[nodiscard]] Saved saved_at(Index step) const override {
+        Saved saved = this->saved();
+        if (step == last_step_) return saved;
+        const auto found = std::find_if(moments_.begin(), moments_.end(),
+                                        [step](const Moment& moment) { return moment.step == step; });
+        if (found == moments_.end()) {
+            throw InputError(fmt::format("the moment of step {} is not kept", step),
+                             "choose another moment on the time line");
+        }
+        const std::vector<float> values = floats_of(*found->message.bytes, "values");
+        saved.fields[0].values =
+            Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size()))
+                .cast<double>();
+        saved.moment = std::to_string(step);
+        return saved;
     }
 
   private:
@@ -143,21 +161,28 @@ class SimulationTask : public Task {
         const std::lock_guard lock(stage_.mutex);
         progress.check();  // whoever cleared the moments of this run has cancelled it under the lock
         last_ = frame.u;
+        last_step_ = frame.step;
         if (frame.step % stride_ != 0 && frame.step != steps) return;
+        thin(frame.step);
         nlohmann::json header = frame_header(name(), id, seconds, "");
         header["step"] = frame.step;
         header["steps"] = steps;
         header["time"] = frame.time;
         header["energy"] = frame.energy;
+        header["every"] = stride_;
         Parcel parcel(std::move(header));
         parcel.add("values", frame.u);
         moments_.push_back({frame.step, parcel_message(parcel.bytes())});
         stage_.broadcast(moments_.back().message);
-        if (moments_.size() * moments_.back().message.bytes->size() < most_bytes_of_moments) return;
+    }
+
+    // Too many moments: every other one is given up, here and, told by `every`, on the pages. It waits for a step that stays,
+    // whose message tells them at once: what a page shows can be saved.
+    void thin(int step) {
+        if (moments_.empty() || step % (2 * stride_) != 0) return;
+        if (moments_.size() * moments_.back().message.bytes->size() < stage_.most_bytes_of_moments) return;
         stride_ *= 2;
-        std::erase_if(moments_, [&](const Moment& moment) {
-            return moment.step % stride_ != 0 && moment.step != steps;
-        });
+        std::erase_if(moments_, [&](const Moment& moment) { return moment.step % stride_ != 0; });
     }
 
     bool wave_;
@@ -170,7 +195,8 @@ class SimulationTask : public Task {
     Settings ran_;  // of the moments
     std::vector<Moment> moments_;
     int stride_ = 1;
-    Block last_;
+    Block last_;  // in double precision, also where it is not among the moments
+    int last_step_ = 0;
 };
 
 }  // namespace

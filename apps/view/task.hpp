@@ -21,13 +21,16 @@
 
 namespace beltrami::view {
 
+constexpr Index most_steps = 10000;  ///< of a simulation
+
 /// What all tasks work on, and whom they tell.
 struct Stage {
     Mesh mesh;
     MeshReport report;
     std::optional<Laplacian> made_laplacian;
-    std::string why_no_laplacian;   ///< a sentence where there is none
-    std::string argument;           ///< MESH, as the user wrote it
+    std::string why_no_laplacian;  ///< a sentence where there is none
+    std::string argument;          ///< MESH, as the user wrote it
+    std::size_t most_bytes_of_moments;
     std::filesystem::path scratch;  ///< a folder of the program's own, removed at its end
 
     std::mutex mutex = {};
@@ -56,6 +59,8 @@ struct Saved {
     Mesh mesh;
     Fields fields;
     std::string csv;  ///< what was placed; empty: nothing
+    std::string moment =
+        {};  ///< which one, for the name of the file; empty: there is but one, or it is the last
 };
 
 class Task {
@@ -83,6 +88,8 @@ class Task {
     [[nodiscard]] virtual std::vector<Outgoing> newest() const = 0;
     /// Throws InputError where there is nothing yet.
     [[nodiscard]] virtual Saved saved() const = 0;
+    /// Of a simulation its moment at that step.
+    [[nodiscard]] virtual Saved saved_at(Index) const { return saved(); }
 
   protected:
     Stage& stage_;

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { startViewer } from './viewer.mjs';
+import { farthest, run, savedPoints, scratchFolder, startViewer } from './viewer.mjs';
 
 test('a source that is clicked on the surface is the maximum of the field', async () => {
   const viewer = await startViewer('shape:icosphere:4');
@@ -30,6 +30,47 @@ test('a source that is clicked on the surface is the maximum of the field', asyn
     assert.deepEqual(viewer.complaints, []);
   } finally {
     await viewer.close();
+  }
+});
+
+test('what is saved is the moment on the screen', async () => {
+  const viewer = await startViewer('shape:icosphere:4');
+  const scratch = await scratchFolder();
+  try {
+    await viewer.tab('heat');
+    await viewer.clickVertex(await viewer.visibleVertex());
+    await viewer.until((b) => b.state.heat.sources.length === 1);
+    await viewer.fill('heat-steps', 20);
+    await viewer.until((b) => b.state.heat.steps === 20);
+    await viewer.on('heat-run').click();
+    await viewer.until((b) => b.lastFrame?.step === 20 && b.timeline.index === 20);
+    // u behind x, y and z.
+    const saved = async (name) =>
+      (await savedPoints(await viewer.save('heat-save-ply', name, scratch), 4)).map((point) => point[3]);
+    const shown = () => viewer.see((b) => Array.from({ length: b.mesh.vertices }, (_, v) => b.valueAt(v)[0]));
+
+    const last = await saved('heat.ply');
+    assert.ok(farthest(last, await shown()) < 1e-5);
+    for (let back = 0; back < 13; ++back) await viewer.page.keyboard.press('ArrowLeft');
+    await viewer.until((b) => b.timeline.index === 7);
+    const earlier = await saved('heat-7.ply');
+    assert.ok(farthest(earlier, last) > 0.1, 'it is not the last one');
+    assert.equal(farthest(earlier, await shown()), 0, 'it is the one that is shown');
+
+    const words = (await viewer.on('heat-command').innerText()).trim().split(/\s+/).slice(1);
+    assert.equal(words.at(-1), 'heat.ply');
+    words[words.length - 1] = scratch.file('computed.ply');
+    await run(...words, '--quiet');
+    const computed = await savedPoints(scratch.file('computed.ply'), 4);
+    const error = farthest(
+      last,
+      computed.map((point) => point[3]),
+    );
+    assert.ok(error < 1e-7, `the command line makes what heat.ply was: ${error}`);
+    assert.deepEqual(viewer.complaints, []);
+  } finally {
+    await viewer.close();
+    await scratch.remove();
   }
 });
 

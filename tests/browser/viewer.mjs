@@ -34,6 +34,22 @@ export async function scratchFolder() {
   };
 }
 
+/** Of a PLY file of the program's the vertices, each with so many numbers. */
+export async function savedPoints(path, columns) {
+  const file = await readFile(path);
+  const header = file.subarray(0, file.indexOf('end_header\n')).toString();
+  const vertices = Number(header.match(/element vertex (\d+)/)[1]);
+  const start = header.length + 'end_header\n'.length;
+  return Array.from({ length: vertices }, (_, v) =>
+    Array.from({ length: columns }, (_, k) => file.readDoubleLE(start + 8 * (columns * v + k))),
+  );
+}
+
+/** The largest difference of two lists of numbers. */
+export function farthest(a, b) {
+  return a.reduce((worst, x, i) => Math.max(worst, Math.abs(x - b[i])), 0);
+}
+
 export async function startBrowser() {
   return chromium.launch({
     executablePath: process.env.BELTRAMI_BROWSER ?? '/usr/bin/chromium',
@@ -142,6 +158,15 @@ export async function startViewer(mesh, { size = { width: 1280, height: 800 }, a
         }
         throw new Error('no such vertex is visible');
       }, skip);
+    },
+    /** Presses a button that saves: where the file is, which must have this name. */
+    async save(test, name, scratch) {
+      const download = page.waitForEvent('download');
+      await viewer.on(test).click();
+      const file = await download;
+      if (file.suggestedFilename() !== name) throw new Error(`saved ${file.suggestedFilename()}, not ${name}`);
+      await file.saveAs(scratch.file(name));
+      return scratch.file(name);
     },
     async clickVertex(vertex) {
       const [x, y] = await viewer.see((b, v) => b.screenOf(v), vertex);

@@ -55,6 +55,7 @@ TEST(Parcel, ComesBackAsItWas) {
     EXPECT_EQ(back.array<std::uint32_t>("cells"), (std::vector<std::uint32_t>{0, 1, 2, 2, 1, 2147483647}));
     EXPECT_EQ(back.array<float>("floats"), std::vector<float>{9.5F});
     EXPECT_EQ(back.array<std::uint32_t>("numbers"), (std::vector<std::uint32_t>{3, 1}));
+    EXPECT_EQ(floats_of(parcel.bytes(), "vector"), (std::vector<float>{7, 8}));
     EXPECT_EQ(back.arrays.size(), 4U * (6 + 3 + 2 + 6 + 1 + 2));
 }
 

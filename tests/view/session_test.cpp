@@ -2,6 +2,7 @@
 
 #include "view/session.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include <deque>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -72,10 +74,14 @@ std::optional<Laplacian> laplacian_of(const Mesh& mesh) {
 // are counted, and no more.
 class Page {
   public:
-    explicit Page(const Mesh& mesh, const std::string& argument = "mesh.obj")
+    explicit Page(const Mesh& mesh, const std::string& argument = "mesh.obj",
+                  std::size_t most_bytes_of_moments = SessionOptions{}.most_bytes_of_moments)
         : made_laplacian_(laplacian_of(mesh)),
           session_(mesh, report(mesh), made_laplacian_,
-                   {.argument = argument, .scratch = folder(), .why_no_laplacian = "the mesh has no cells"}) {
+                   {.argument = argument,
+                    .scratch = folder(),
+                    .why_no_laplacian = "the mesh has no cells",
+                    .most_bytes_of_moments = most_bytes_of_moments}) {
         session_.speak_through({[this](ClientId client, const Outgoing& message) {
                                     if (client == 1) take(message);
                                 },
@@ -188,6 +194,104 @@ TEST(ViewSession, HeatIsWhatTheLibraryComputes) {
     const json state = page.state();
     EXPECT_EQ(state["heat"]["sources"], json::parse("[[7, 50.0]]"));
     EXPECT_EQ(state["command"][0], "beltrami heat mesh.obj --source 7=50 --time 0.1 --steps 5 -o heat.ply");
+}
+
+// The field of a file that was asked for, which has that name.
+Block saved_field(Page& page, const json& request, const std::string& name, const std::string& field) {
+    page.ask(request);
+    EXPECT_EQ(page.wait("saved").header["name"], name);
+    const auto file = page.file(name);
+    if (!file) throw std::runtime_error("no file " + name);
+    const std::filesystem::path path = page.scratch / name;
+    std::ofstream(path, std::ios::binary) << file->body;
+    return read_mesh(path).field(field).values;
+}
+
+TEST(ViewSession, AMomentOfASimulationIsSaved) {
+    const Mesh mesh = shapes::icosphere(3);
+    Page page(mesh);
+    page.turn_to("heat");
+    page.ask({{"do", "save"}, {"format", "ply"}, {"step", 2}});
+    EXPECT_EQ(page.wait("refused").header["what"], "nothing was simulated yet");
+    page.ask({{"do", "heat.source"}, {"vertex", 7}, {"value", 50.0}});
+    page.ask({{"do", "heat.set"}, {"time", 0.1}, {"steps", 5}});
+    page.ask({{"do", "run"}, {"id", 1}});
+    page.wait("done");
+    const auto after = [&](int steps) {
+        return heat(page.laplacian(), Block::Zero(mesh.vertex_count(), 1), {{7, 50.0}},
+                    {.time = 0.02 * steps, .steps = steps})
+            .u;
+    };
+    const auto error = [](const Block& a, const Block& b) { return (a - b).cwiseAbs().maxCoeff(); };
+    const json save = {{"do", "save"}, {"format", "ply"}};
+    json moment = save;
+    moment["step"] = 2;
+    EXPECT_LE(error(saved_field(page, moment, "heat-2.ply", "u"), after(2)), 50.0 * 1e-7);
+    moment["format"] = "vtu";
+    EXPECT_LE(error(saved_field(page, moment, "heat-2.vtu", "u"), after(2)), 50.0 * 1e-7);
+    moment["step"] = 0;
+    EXPECT_EQ(saved_field(page, moment, "heat-0.vtu", "u").maxCoeff(), 50.0);
+    // The last one is what the command line computes, to the last digit that a solve has.
+    EXPECT_LE(error(saved_field(page, save, "heat.ply", "u"), after(5)), 50.0 * 1e-9);
+    moment = save;
+    moment["step"] = 5;
+    EXPECT_LE(error(saved_field(page, moment, "heat.ply", "u"), after(5)), 50.0 * 1e-9);
+    // What was placed has no moments.
+    page.ask({{"do", "save"}, {"format", "csv"}, {"step", 2}});
+    EXPECT_EQ(page.wait("saved").header["name"], "heat.csv");
+    for (const json& wrong : std::vector<json>{-1, 2.5, "2", 10001, nullptr}) {
+        page.ask({{"do", "save"}, {"format", "ply"}, {"step", wrong}});
+        EXPECT_NE(page.wait("refused").header["what"].get<std::string>().find("'step'"), std::string::npos)
+            << wrong;
+    }
+    page.ask({{"do", "save"}, {"format", "ply"}, {"step", 6}});
+    EXPECT_EQ(page.wait("refused").header["what"], "the moment of step 6 is not kept");
+}
+
+// A page that gives up what `every` of each frame tells it to has only moments that can be saved.
+TEST(ViewSession, AMomentThatAPageHasCanBeSavedHoweverManyThereWere) {
+    const Mesh mesh = shapes::icosphere(1);
+    Page page(mesh, "mesh.obj", 10'000);
+    page.turn_to("wave");
+    page.ask({{"do", "wave.impulse"}, {"vertex", 0}, {"value", 1.0}});
+    page.ask({{"do", "wave.set"}, {"steps", 301}});
+    page.ask({{"do", "run"}, {"id", 1}});
+    std::map<int, std::vector<float>> kept;
+    for (int step = 0; step < 301;) {
+        const Message frame = page.wait("frame");
+        step = frame.header["step"];
+        const int every = frame.header["every"];
+        std::erase_if(kept, [every](const auto& moment) { return moment.first % every != 0; });
+        kept[step] = frame.floats("values");
+    }
+    page.wait("done");
+    EXPECT_GE(kept.size(), 8U);
+    EXPECT_LE(kept.size(), 24U);
+    for (const auto& [step, values] : kept) {
+        const std::string name = step == 301 ? "wave.ply" : fmt::format("wave-{}.ply", step);
+        expect_near(values, saved_field(page, {{"do", "save"}, {"format", "ply"}, {"step", step}}, name, "u"),
+                    step == 301 ? 1e-6 : 0.0);
+    }
+    page.ask({{"do", "save"}, {"format", "ply"}, {"step", 1}});
+    EXPECT_EQ(page.wait("refused").header["what"], "the moment of step 1 is not kept");
+    page.close();
+    page.open();
+    for (const auto& [step, values] : kept)
+        EXPECT_EQ(page.wait("frame").header["step"], step);
+}
+
+TEST(ViewSession, ASimulationThatWasCancelledSavesTheStepThatItReached) {
+    Page page(shapes::icosphere(3));
+    page.turn_to("heat");
+    page.ask({{"do", "heat.source"}, {"vertex", 0}, {"value", 1.0}});
+    page.ask({{"do", "heat.set"}, {"steps", 10000}});
+    page.ask({{"do", "run"}, {"id", 1}});
+    page.wait("frame", [](const Message& m) { return m.header["step"] == 3; });
+    page.ask({{"do", "cancel"}});
+    page.wait_for_id("done", 1);
+    page.ask({{"do", "save"}, {"format", "ply"}});
+    const std::string name = page.wait("saved").header["name"];
+    EXPECT_TRUE(name.starts_with("heat-") && name.ends_with(".ply")) << name;
 }
 
 TEST(ViewSession, ASimulationPausesResumesAndIsCancelled) {
@@ -373,7 +477,7 @@ TEST(ViewSession, GarbageIsRefused) {
         R"({"do":"wave.set","time":1,"steps":3,"beta_2":0.1})",
         R"({"do":"poke.hold","point":[0,0,1],"displacement":[0,0,0.1]})",
         R"({"do":"harmonics.filter","curve":[[1,2],[3,4]],"on":"positions"})",
-        R"({"do":"save","format":"ply"})",
+        R"({"do":"save","format":"ply","step":2})",
         R"({"do":"field","name":"x"})",
     };
     for (const std::string text :

@@ -77,7 +77,8 @@ export type FilterTarget = 'positions' | 'normals' | 'colors';
 /** A result. `id`: of the newest request that it answers.
  *
  * | task      | arrays                                                                                               |
- * | heat,wave | values (1 a vertex), at `step` of `steps`, with `time` and `energy`                                  |
+ * | heat,wave | values (1 a vertex), at `step` of `steps`, with `time` and `energy`; of the moments before, those    |
+ * |           | whose step is no multiple of `every` are given up                                                    |
  * | paint     | values (1 a vertex for scalars, 3 for colours in [0, 1] and displacements)                           |
  * | poke      | vertices and, for each, displacement (3) and level (u32: 2 solved for, 1 ring around): all other     |
  * |           | vertices are at rest and outside; with `active`, `force` and `at` (3 numbers, null where released),  |
@@ -93,6 +94,7 @@ export interface FrameMessage {
   note: string; // a line about the solve
   step?: number;
   steps?: number;
+  every?: number;
   time?: number;
   energy?: number;
   mode?: PaintMode;
@@ -216,7 +218,8 @@ export type Request = { id?: number } & (
   | { do: 'harmonics.compute'; count: number }
   | { do: 'harmonics.show'; k: number | null }
   | { do: 'harmonics.filter'; curve: [number, number][] | null; on: FilterTarget }
-  | { do: 'save'; format: 'ply' | 'obj' | 'vtu' | 'csv' } // csv: what was placed, or the path of a poke
+  // csv: what was placed, or the path of a poke. step: of heat and waves, a moment that is kept; without it the last.
+  | { do: 'save'; format: 'ply' | 'obj' | 'vtu' | 'csv'; step?: number }
 );
 
 /** A message with its arrays. */

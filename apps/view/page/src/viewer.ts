@@ -73,10 +73,19 @@ export interface Viewer {
   valueAt(vertex: number): number[] | null;
 }
 
-/** Moments of a simulation under a scrubber: the newest is shown unless the user holds another. */
+/** Of a simulation. In a report `step` counts the moments that it holds. */
+export interface Moment {
+  step: number;
+  time: number;
+  values: Float32Array;
+}
+
+/** Moments under a scrubber: the newest is shown unless the user holds another. */
 export interface Timeline {
   reset(name: string): void;
-  add(time: number, values: Float32Array): void;
+  /** Of those before only the steps stay that are multiples of `every`. */
+  add(moment: Moment, every: number): void;
+  readonly shown: Moment | null;
   readonly count: number;
   hide(): void;
 }

@@ -1,9 +1,10 @@
 // Time series on the timeline: those that a report brings, and those that the tasks add as they run.
 import type { Arrays, MomentMessage } from '../protocol';
 import type { SceneViewer } from '../scene/scene_viewer';
+import type { Moment } from '../viewer';
 import { lengths } from './fields';
 import { SeriesScale } from './series_scale';
-import type { Moment, MomentTimeline } from './timeline';
+import type { MomentTimeline } from './timeline';
 
 export class Moments {
   private name: string | null = null;
@@ -30,7 +31,7 @@ export class Moments {
       this.newScale();
     }
     this.onScale(values);
-    this.gathered.push({ time: message.time, values });
+    this.gathered.push({ step: this.gathered.length, time: message.time, values });
   }
 
   /** No moment will come any more: the last one is shown on the scale of all. */

@@ -1,12 +1,7 @@
 // Moments of a simulation under a scrubber. The newest is shown as it comes, unless the user holds another.
 import { shortNumber } from '../colour/ticks';
 import { element, icon } from '../dom';
-import type { Timeline } from '../viewer';
-
-export interface Moment {
-  time: number;
-  values: Float32Array;
-}
+import type { Moment, Timeline } from '../viewer';
 
 const paths = {
   play: 'M4.5 3v10l8-5z',
@@ -15,7 +10,6 @@ const paths = {
   next: 'M4.5 3.5 10 8l-5.5 4.5zM11.5 3.5v9',
 };
 
-const mostBytes = 512 * 2 ** 20;
 const playSeconds = 6; // from the first moment to the last
 const slowest = 8; // moments a second, at least
 
@@ -29,8 +23,7 @@ export class MomentTimeline implements Timeline {
   private at = -1;
   private holding = false;
   private timer = 0;
-  private keep = 1; // of the moments that come, each keep-th
-  private seen = 0;
+  private every = 1;
 
   private readonly slider = element('input', {
     type: 'range',
@@ -73,6 +66,9 @@ export class MomentTimeline implements Timeline {
   get index(): number {
     return this.at;
   }
+  get shown(): Moment | null {
+    return this.moments[this.at] ?? null;
+  }
   get visible(): boolean {
     return !this.element.hidden;
   }
@@ -83,26 +79,20 @@ export class MomentTimeline implements Timeline {
     this.moments = [];
     this.at = -1;
     this.holding = false;
-    this.keep = 1;
-    this.seen = 0;
+    this.every = 1;
     this.update();
   }
 
   /** Many at once, of which the last is shown. */
   addAll(moments: Moment[]): void {
     this.moments = moments;
-    this.seen = moments.length;
     this.toggleElement(moments.length > 1);
     this.hold(moments.length - 1);
   }
 
-  add(time: number, values: Float32Array): void {
-    // Whatever is dropped, the newest is there: it takes the place of one that was not to be kept.
-    const replaces = (this.seen - 1) % this.keep !== 0 && this.moments.length > 1;
-    if (replaces) this.moments.pop();
-    this.moments.push({ time, values });
-    ++this.seen;
-    if (this.moments.length > 16 && this.moments.length * values.byteLength > mostBytes) this.thin();
+  add(moment: Moment, every: number): void {
+    if (every > this.every) this.thin(every);
+    this.moments.push(moment);
     if (!this.holding) this.go(this.moments.length - 1);
     this.toggleElement(this.moments.length > 1);
     this.update();
@@ -161,12 +151,14 @@ export class MomentTimeline implements Timeline {
     this.update();
   }
 
-  private thin(): void {
-    const last = this.moments.length - 1;
-    const held = this.moments[this.at];
-    this.moments = this.moments.filter((moment, i) => i % 2 === 0 || i === last || moment === held);
-    this.at = this.moments.indexOf(held);
-    this.keep *= 2;
+  /** Where the moment that is held goes, the one before it is shown. */
+  private thin(every: number): void {
+    const held = this.shown;
+    this.every = every;
+    this.moments = this.moments.filter(({ step }) => step % every === 0);
+    if (held === null) return;
+    this.at = this.moments.filter(({ step }) => step <= held.step).length - 1;
+    if (this.shown !== held) this.go(this.at);
   }
 
   private toggleElement(visible: boolean): void {

@@ -99,7 +99,12 @@ export class Evolution implements Panel {
     this.resume = button('Resume', `${task}-resume`, () => context.send({ do: 'resume' }), 'primary');
     this.cancel = button('Cancel', `${task}-cancel`, () => context.send({ do: 'cancel' }));
     this.energy = shell.livePlot({ title: 'Energy', across: 'time', lines: ['energy'], height: 130 });
-    this.keep = new Keep(task, kind.csv, (request) => context.send(request));
+    this.keep = new Keep(
+      task,
+      kind.csv,
+      (request) => context.send(request),
+      () => (this.moments.all.length > 0 ? shell.timeline.shown?.step : undefined),
+    );
 
     host.append(
       element('p', { class: 'hint' }, kind.hint),
@@ -155,11 +160,13 @@ export class Evolution implements Panel {
     }
     this.lastStep = step;
     if (frame.steps !== undefined) this.work.stepped(step, frame.steps);
-    this.moments.add({ time, values });
+    const moment = { step, time, values };
+    const every = frame.every ?? 1;
+    this.moments.add(moment, every);
     if (frame.energy !== undefined) this.energy.add(time, [frame.energy]);
     if (this.context.active === this.kind.task) {
       if (first) timeline.reset(this.kind.field);
-      timeline.add(time, values);
+      timeline.add(moment, every);
     }
   }
 
@@ -172,7 +179,7 @@ export class Evolution implements Panel {
       return;
     }
     timeline.reset(this.kind.field);
-    for (const { time, values } of this.moments.all) timeline.add(time, values);
+    for (const moment of this.moments.all) timeline.add(moment, 1);
   }
 
   hide(): void {

@@ -12,10 +12,16 @@ export class Keep {
   private readonly commands: HTMLElement;
   private readonly copied: HTMLElement;
 
-  /** csv: what is in the CSV file. */
-  constructor(task: Task, csv: string, send: (request: Request) => void) {
+  /** csv: what is in the CSV file. step: of the moment that is looked at. */
+  constructor(
+    task: Task,
+    csv: string,
+    send: (request: Request) => void,
+    step: () => number | undefined = () => undefined,
+  ) {
     const files = formats.map((format) => {
-      const made = button(format.toUpperCase(), `${task}-save-${format}`, () => send({ do: 'save', format }));
+      const save = () => send(format === 'csv' ? { do: 'save', format } : { do: 'save', format, step: step() });
+      const made = button(format.toUpperCase(), `${task}-save-${format}`, save);
       made.title = format === 'csv' ? `Save ${csv}` : `Save the mesh and the result as ${format.toUpperCase()}`;
       return made;
     });
