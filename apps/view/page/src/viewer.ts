@@ -64,6 +64,9 @@ export interface Viewer {
   setTool(tool: Tool | null): void;
   /** Client pixels. */
   pick(x: number, y: number): Hit | null;
+  /** Calls `visit` for the corners of the triangles at a vertex, or the ends of the segments: some more than once, and
+   * itself. */
+  neighbours(vertex: number, visit: (other: number) => void): void;
   screenOf(vertex: number): [number, number] | null;
   /** Where the ray under a pixel meets the plane through `at` that faces the camera. */
   onPlane(at: Vec3, x: number, y: number): Vec3;

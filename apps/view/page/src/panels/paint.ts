@@ -384,7 +384,7 @@ export class Paint implements Panel {
   private stroke(erases: boolean) {
     const { viewer } = this.context.shell;
     const value = erases ? null : [...this.value.value];
-    const stroke = new Stroke(viewer.rest, this.radius.value, erases ? [...this.fixed.keys()] : undefined);
+    const stroke = new Stroke(viewer, this.radius.value, erases ? new Set(this.fixed.keys()) : undefined);
     const request = (): Request | null => {
       const vertices = stroke.take();
       return vertices.length === 0 ? null : { do: 'paint.fix', vertices, value };
@@ -396,7 +396,7 @@ export class Paint implements Panel {
           stroke.lift();
           return;
         }
-        const leftOut = stroke.sample(hit.rest);
+        const leftOut = stroke.sample(hit);
         const done = `${counted(stroke.count, 'vertex', 'vertices')} ${erases ? 'let go' : 'fixed'}`;
         write(this.note, leftOut > 0 ? `${done}; the brush takes the nearest ${counted(mostTouched)}` : done);
         this.stream.offer(request);

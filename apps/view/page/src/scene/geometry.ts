@@ -1,18 +1,19 @@
 // Loops over the numbers of a mesh. Plain typed arrays: these run for each frame.
 
-/** Which triangles meet at each vertex: those of v are list[start[v]] .. list[start[v + 1] - 1]. */
+/** Which cells meet at each vertex: those of v are list[start[v]] .. list[start[v + 1] - 1]. */
 export interface Adjacency {
   start: Uint32Array;
   list: Uint32Array;
 }
 
-export function adjacencyOf(triangles: Uint32Array, vertices: number): Adjacency {
+/** `corners`: of a cell, 3 of triangles and 2 of segments. */
+export function adjacencyOf(cells: Uint32Array, corners: number, vertices: number): Adjacency {
   const start = new Uint32Array(vertices + 1);
-  for (let i = 0; i < triangles.length; ++i) ++start[triangles[i] + 1];
+  for (let i = 0; i < cells.length; ++i) ++start[cells[i] + 1];
   for (let v = 0; v < vertices; ++v) start[v + 1] += start[v];
   const next = start.slice(0, vertices);
-  const list = new Uint32Array(triangles.length);
-  for (let i = 0; i < triangles.length; ++i) list[next[triangles[i]]++] = (i / 3) | 0;
+  const list = new Uint32Array(cells.length);
+  for (let i = 0; i < cells.length; ++i) list[next[cells[i]]++] = (i / corners) | 0;
   return { start, list };
 }
 

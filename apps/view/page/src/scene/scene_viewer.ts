@@ -10,7 +10,7 @@ import { Arrows, VectorField } from './arrows';
 import type { Axis } from './camera';
 import { Draft } from './draft';
 import { FieldLook } from './field_material';
-import { edgesOf, outwardSide } from './geometry';
+import { type Adjacency, adjacencyOf, edgesOf, outwardSide } from './geometry';
 import { Markers } from './markers';
 import { Picker } from './picker';
 import { Pointer } from './pointer';
@@ -82,6 +82,8 @@ export class SceneViewer implements Viewer {
   private readonly vectors: VectorField;
   private readonly force = new Arrows();
   private readonly segments: ThickLines | null = null;
+  private readonly ends: Uint32Array; // of the segments
+  private segmentsAround: Adjacency | null = null;
   private readonly geometry = new three.BufferGeometry();
   private readonly value: StreamedAttribute;
   private readonly level: StreamedAttribute;
@@ -117,6 +119,7 @@ export class SceneViewer implements Viewer {
     this.rest = arrays.positions as Float32Array;
     const triangles = arrayOf(arrays, 'triangles');
     const segments = arrayOf(arrays, 'segments');
+    this.ends = segments;
     const points = arrayOf(arrays, 'points');
     this.boundary = arrayOf(arrays, 'boundary');
     this.nonManifold = arrayOf(arrays, 'non_manifold');
@@ -456,6 +459,14 @@ export class SceneViewer implements Viewer {
   /** The first pick needs a tree, which large meshes take a while to build: better before the user waits for it. */
   preparePicking(): void {
     this.picker.build();
+  }
+  neighbours(vertex: number, visit: (other: number) => void): void {
+    const corners = this.surface.triangles.length > 0 ? 3 : 2;
+    const cells = corners === 3 ? this.surface.triangles : this.ends;
+    const { start, list } =
+      corners === 3 ? this.surface.around : (this.segmentsAround ??= adjacencyOf(cells, 2, this.surface.vertices));
+    for (let j = start[vertex]; j < start[vertex + 1]; ++j)
+      for (let k = 0; k < corners; ++k) visit(cells[corners * list[j] + k]);
   }
   screenOf(vertex: number): [number, number] | null {
     return this.stage.project(new three.Vector3(...this.positionOf(vertex)));

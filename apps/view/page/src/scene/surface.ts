@@ -11,7 +11,7 @@ export class Surface {
   radius = 0;
   readonly diagonal: number;
 
-  private adjacency: Adjacency | null = null;
+  private adjacency: Adjacency | null = null; // made when it is first needed
   private given: Float32Array | null = null; // normals
   private rough = false; // the normals are those of fewer triangles
   /** What has moved since the last frame. */
@@ -34,6 +34,10 @@ export class Surface {
 
   get vertices(): number {
     return this.rest.length / 3;
+  }
+  /** The triangles at each vertex. */
+  get around(): Adjacency {
+    return (this.adjacency ??= adjacencyOf(this.triangles, 3, this.vertices));
   }
   get now(): Float32Array {
     return this.position.numbers;
@@ -132,8 +136,7 @@ export class Surface {
    * end. */
   trianglesAround(vertices: Uint32Array, into: Uint32Array, at: number): number {
     if (vertices.length === 0) return at;
-    this.adjacency ??= adjacencyOf(this.triangles, this.vertices);
-    const { start, list } = this.adjacency;
+    const { start, list } = this.around;
     const found = new Set<number>();
     for (const v of vertices) for (let j = start[v]; j < start[v + 1]; ++j) found.add(3 * list[j]);
     for (const i of found) {
@@ -148,15 +151,14 @@ export class Surface {
     this.position.changedAt(moved);
     this.stretch(moved);
     if (this.given) return;
-    this.adjacency ??= adjacencyOf(this.triangles, this.vertices);
-    const { start, list } = this.adjacency;
+    const { start, list } = this.around;
     for (const v of moved) {
       for (let j = start[v]; j < start[v + 1]; ++j) {
         for (let k = 0; k < 3; ++k) this.touched.add(this.triangles[3 * list[j] + k]);
       }
     }
     const around = Uint32Array.from(this.touched).sort();
-    computeNormalsOf(around, around.length, this.now, this.triangles, this.adjacency, this.normal.numbers);
+    computeNormalsOf(around, around.length, this.now, this.triangles, this.around, this.normal.numbers);
     this.crease();
     this.normal.changedAt(around);
   }
