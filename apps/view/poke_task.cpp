@@ -53,7 +53,7 @@ class PokeTask : public Task {
         }
         asked_ = request.id();
         if (!held_) {
-            path_.clear();
+            forget();
             step_of_press_ = 0;
         }
         held_ = contact;
@@ -69,9 +69,7 @@ class PokeTask : public Task {
 
     void clear(const Request&) override {
         held_.reset();
-        path_.clear();
-        touched_.clear();
-        displacement_.resize(0, 3);
+        forget();
     }
 
     void leave() override { held_.reset(); }
@@ -81,9 +79,9 @@ class PokeTask : public Task {
     }
 
     [[nodiscard]] std::vector<std::string> command() const override {
-        if (path_.empty()) return {};
-        return {fmt::format("beltrami poke {} --path poke.csv --rate {} -o poke.ply",
-                            shell_word(stage_.argument), rate)};
+        if (kept_steps_ == 0) return {};
+        return {fmt::format("beltrami poke {} --path poke.csv --rate {} --time {} -o poke.ply",
+                            shell_word(stage_.argument), rate, kept_steps_ / rate)};
     }
 
     [[nodiscard]] std::vector<Outgoing> newest() const override {
@@ -92,9 +90,15 @@ class PokeTask : public Task {
     }
 
     [[nodiscard]] Saved saved() const override {
-        if (path_.empty()) throw InputError("nothing was touched yet", "drag the surface");
+        if (kept_steps_ == 0) throw InputError("nothing was touched yet", "drag the surface");
+        ContactPath path = path_;
+        const double end = (kept_steps_ - 1) / rate;
+        if (path.back().time < end) {  // it was held still
+            path.push_back(path.back());
+            path.back().time = end;
+        }
         std::string csv = "time,x,y,z,dx,dy,dz\n";
-        for (const Waypoint& w : path_) {
+        for (const Waypoint& w : path) {
             csv += fmt::format("{},{},{},{},{},{},{}\n", w.time, w.point.x(), w.point.y(), w.point.z(),
                                w.displacement.x(), w.displacement.y(), w.displacement.z());
         }
@@ -164,28 +168,54 @@ class PokeTask : public Task {
                 path_.push_back({time, held_->point, held_->displacement});
             }
             last_held_step_ = step_of_press_;
-        } else if (!path_.empty() && path_.back().time < last_held_step_ / rate) {
-            Waypoint last = path_.back();
-            last.time = last_held_step_ / rate;
-            path_.push_back(last);
+        } else if (!path_.empty() && kept_steps_ <= last_held_step_) {
+            keep(moved());  // as it was when the finger let go
+            stage_.state_changed();
         }
         ++step_of_press_;
         return held_;
     }
 
-    // False where the surface is at rest and nothing touches it: moving has ended, under the lock that a new touch takes.
-    bool tell(const LocalStep& step, const std::optional<Contact>& contact, int late, int steps) {
-        const LocalIntegrator& motion = skin_->motion();
-        const ActiveDomain& domain = motion.domain();
+    // Vertices that are not at rest and outside.
+    struct Moved {
         std::vector<Index> vertices;
         std::vector<Index> levels;
-        Block displacement(std::max(domain.slot_count() - 1, 0), 3);
+        Block displacement;
+    };
+
+    [[nodiscard]] Moved moved() const {
+        const LocalIntegrator& motion = skin_->motion();
+        const ActiveDomain& domain = motion.domain();
+        Moved moved;
+        moved.displacement.resize(std::max(domain.slot_count() - 1, 0), 3);
         for (Index s = 1; s < domain.slot_count(); ++s) {
-            vertices.push_back(stage_.laplacian().order().user(domain.vertex(s)));
-            levels.push_back(s < domain.end(0) ? 2 : 1);
+            moved.vertices.push_back(stage_.laplacian().order().user(domain.vertex(s)));
+            moved.levels.push_back(s < domain.end(0) ? 2 : 1);
             const auto u = motion.u(s);
-            displacement.row(s - 1) << u[0], u[1], u[2];
+            moved.displacement.row(s - 1) << u[0], u[1], u[2];
         }
+        return moved;
+    }
+
+    // Of the press, after the last step in which something was held.
+    void keep(Moved moved) {
+        touched_ = std::move(moved.vertices);
+        displacement_ = std::move(moved.displacement);
+        kept_steps_ = last_held_step_ + 1;
+    }
+
+    void forget() {
+        path_.clear();
+        touched_.clear();
+        displacement_.resize(0, 3);
+        kept_steps_ = 0;
+    }
+
+    // False where the surface is at rest and nothing touches it: moving has ended, under the lock that a new touch takes.
+    bool tell(const LocalStep& step, const std::optional<Contact>& contact, int late, int steps) {
+        const ActiveDomain& domain = skin_->motion().domain();
+        Moved now = moved();
+        const auto& [vertices, levels, displacement] = now;
         const std::lock_guard lock(stage_.mutex);
         // A finger that keeps still holds a surface that does: pages are left alone, and draw it in full.
         if (contact && asked_ == told_ && !vertices.empty() && vertices == touched_ &&
@@ -212,10 +242,8 @@ class PokeTask : public Task {
         parcel.add("displacement", displacement);
         newest_ = parcel_message(parcel.bytes(), name());
         stage_.broadcast(*newest_);
-        if (contact && !path_.empty()) {
-            touched_ = std::move(vertices);
-            displacement_ = std::move(displacement);
-        }
+        // Not where another press has begun, nor where the path is full.
+        if (contact && !path_.empty() && step_of_press_ == last_held_step_ + 1) keep(std::move(now));
         moving_ = held_ || !domain.empty();
         if (!moving_) stage_.state_changed();
         return moving_;
@@ -244,8 +272,11 @@ class PokeTask : public Task {
     long asked_ = 0;
     long told_ = -1;  // the request that the newest frame answers
     ContactPath path_;
-    std::vector<Index> touched_;        // the newest vertices that were moved while something touched
+    // What is saved: the newest surface that was told while something touched it, in the end that after the last step of the
+    // press.
+    std::vector<Index> touched_;
     Block displacement_ = Block(0, 3);  // of these
+    long kept_steps_ = 0;               // that the press had taken until then; 0: nothing is kept
     std::optional<Outgoing> newest_;
     // Of the solver thread alone.
     std::optional<TouchedSurface> skin_;

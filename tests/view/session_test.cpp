@@ -10,6 +10,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <cstring>
 #include <deque>
 #include <fstream>
@@ -20,6 +21,7 @@
 #include <numeric>
 #include <optional>
 #include <random>
+#include <sstream>
 #include <thread>
 
 #include "beltrami/beltrami.hpp"
@@ -727,6 +729,57 @@ TEST(ViewSession, ThePathOfAPokeCanBeForgotten) {
     page.ask({{"do", "clear"}});
     page.ask({{"do", "save"}, {"format", "csv"}});
     EXPECT_EQ(page.wait("refused").header["what"], "nothing was touched yet");
+}
+
+TEST(ViewSession, TheCommandLineOfAPokeMakesTheSurfaceThatIsSaved) {
+    const Mesh mesh = shapes::icosphere(2);  // small: no step is late, not even in the sanitizers
+    Page page(mesh);
+    page.turn_to("poke");
+    json hold = {{"do", "poke.hold"},
+                 {"point", {mesh.points()(0, 0), mesh.points()(0, 1), mesh.points()(0, 2)}},
+                 {"displacement", {0.0, 0.0, -0.05}},
+                 {"id", 1}};
+    page.ask(hold);
+    page.wait_for_id("frame", 1);
+    // Let go while it still moves: then what it was is a matter of each step.
+    hold["displacement"] = {0.05, 0.0, 0.05};
+    hold["id"] = 2;
+    page.ask(hold);
+    page.wait_for_id("frame", 2);
+    page.ask({{"do", "poke.release"}});
+    page.wait("frame", [](const Message& m) { return m.numbers("vertices").empty(); });
+    const Block saved = saved_field(page, {{"do", "save"}, {"format", "ply"}}, "poke.ply", "displacement");
+    page.ask({{"do", "save"}, {"format", "csv"}});
+    page.wait("saved");
+    const std::string csv = page.file("poke.csv")->body;
+    const std::string command = page.state()["command"][0];
+
+    std::istringstream lines(csv);
+    std::string line;
+    std::getline(lines, line);
+    ContactPath path;
+    while (std::getline(lines, line)) {
+        std::replace(line.begin(), line.end(), ',', ' ');
+        std::istringstream numbers(line);
+        Waypoint& w = path.emplace_back();
+        numbers >> w.time;
+        for (double& x : w.point)
+            numbers >> x;
+        for (double& x : w.displacement)
+            numbers >> x;
+    }
+    EXPECT_GE(path.size(), 3U);
+    EXPECT_EQ(path.back().displacement, Vector3(0.05, 0.0, 0.05));
+    double rate = 0.0;
+    double time = 0.0;
+    ASSERT_EQ(std::sscanf(command.c_str(), "beltrami poke mesh.obj --path poke.csv --rate %lf --time %lf -o",
+                          &rate, &time),
+              2)
+        << command;
+    EXPECT_NEAR(time, path.back().time + 1.0 / rate, 1e-12);
+    const PokeResult again =
+        poke(mesh, page.laplacian(), {path}, {.skin = skin_of(mesh), .rate = rate, .time = time});
+    EXPECT_LE((saved - again.displacement).cwiseAbs().maxCoeff(), 1e-9) << command << '\n' << csv;
 }
 
 TEST(ViewSession, AFileGoesToThePageThatAskedForItAndTheOldestMakesRoom) {
