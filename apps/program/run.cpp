@@ -15,6 +15,7 @@
 
 #include "beltrami/apps/picture/camera.hpp"
 #include "view/page.hpp"
+#include "view/scene.hpp"
 #include "view/shell_line.hpp"
 
 namespace beltrami::program {
@@ -190,9 +191,7 @@ void Run::check_outputs() const {
         }
     }
     if (!picture_.empty()) {
-        check_writable(picture_);
-        if (!picture_.ends_with(".png"))
-            throw InputError("--picture " + picture_ + " is not a .png", "name it FILE.png");
+        check_picture_name(picture_, "--picture", "FILE.png");
         camera_from(view_.view, view_.up);  // throws for a direction that is not one
     }
     if (!summary_file_.empty()) check_writable(summary_file_);
@@ -204,10 +203,7 @@ void Run::check_outputs() const {
     }
     for (const OtherOutput& other : other_outputs_)
         check_writable(other.path);
-    if (!range_.empty() && !(range_[0] < range_[1] && std::isfinite(range_[1] - range_[0]))) {
-        throw InputError(fmt::format("--range {},{} is no range", range_[0], range_[1]),
-                         "give LOW,HIGH with LOW < HIGH");
-    }
+    check_range(range_);
     std::vector<std::pair<std::filesystem::path, std::string>> known = {{mesh_argument_, "MESH"}};
     const auto add = [&](const std::filesystem::path& path, const std::string& option) {
         if (path.empty()) return;
@@ -256,11 +252,10 @@ Mesh Run::load_mesh() {
     summary_["mesh"] = view::to_json(found);
     summary_["mesh"]["source"] = mesh_argument_;
     if (wants_report()) {
-        const std::string name = mesh_argument_.starts_with(shape)
-                                     ? mesh_argument_
-                                     : std::filesystem::path(mesh_argument_).filename().string();
-        report_ =
-            timed("report", [&] { return std::make_unique<Report>(mesh, name, found, report_vertices_); });
+        report_ = timed("report", [&] {
+            return std::make_unique<Report>(mesh, view::name_of_mesh(mesh_argument_), found,
+                                            report_vertices_);
+        });
     }
     say("mesh", fmt::format("{}: {}", mesh_argument_, brief_report(found)));
     for (const std::string& note : mesh.notes())
@@ -417,6 +412,18 @@ void Run::finish() {
         report_->write(report_file_, command_line_, summary_);
         say("wrote", report_file_);
     }
+}
+
+void check_picture_name(const std::string& path, const std::string& option, const std::string& as) {
+    check_writable(path);
+    if (!path.ends_with(".png"))
+        throw InputError(fmt::format("{} {} is not a .png", option, path), "name it " + as);
+}
+
+void check_range(const std::vector<double>& range) {
+    if (range.empty() || (range[0] < range[1] && std::isfinite(range[1] - range[0]))) return;
+    throw InputError(fmt::format("--range {},{} is no range", range[0], range[1]),
+                     "give LOW,HIGH with LOW < HIGH");
 }
 
 void add_term_weights(CLI::App& command, TermWeights& weights) {

@@ -139,6 +139,12 @@ class Run {
 /// Cancels `progress` at the first Ctrl-C or SIGTERM; a second one ends the program at once.
 void cancel_on_signal(Progress& progress);
 
+/// Throws InputError for a name that cannot be written or does not end in .png. option: that it was given to; as: what its help
+/// calls it.
+void check_picture_name(const std::string& path, const std::string& option, const std::string& as);
+/// Throws InputError for a --range that is not LOW < HIGH; none at all is fine.
+void check_range(const std::vector<double>& range);
+
 /// --laplacian and --bilaplacian: one that is not given is 0, but the Laplacian is 1 where neither is.
 struct TermWeights {
     std::optional<double> laplacian = {};

@@ -79,19 +79,14 @@ struct ViewOptions {
 void check(const ViewOptions& options) {
     view::require_page("beltrami view");
     if (options.screenshot.empty()) return;
-    check_writable(options.screenshot);
-    if (!options.screenshot.ends_with(".png"))
-        throw InputError("--screenshot " + options.screenshot + " is not a .png", "name it OUT.png");
+    check_picture_name(options.screenshot, "--screenshot", "OUT.png");
     camera_from(options.camera, options.up);  // throws for a direction that is not one
     for (const int side : options.size) {
         if (side < 64 || side > 8192)
             throw InputError(fmt::format("a picture of {}x{} pixels", options.size[0], options.size[1]),
                              "give a width and a height of 64 to 8192");
     }
-    if (!options.range.empty() && !(options.range[0] < options.range[1])) {
-        throw InputError(fmt::format("--range {},{} is no range", options.range[0], options.range[1]),
-                         "give LOW,HIGH with LOW < HIGH");
-    }
+    check_range(options.range);
     view::HeadlessBrowser::find();
 }
 

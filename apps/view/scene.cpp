@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <numeric>
 
@@ -132,6 +133,10 @@ Shown with_lines(const Shown& shown, const Mesh& lines, Index vertex_count) {
 Block at_shown(const Block& values, const Shown& shown) {
     if (shown.vertex_of.empty()) return values;
     return values(shown.vertex_of, Eigen::all);
+}
+
+std::string name_of_mesh(const std::string& argument) {
+    return argument.starts_with("shape:") ? argument : std::filesystem::path(argument).filename().string();
 }
 
 std::string mesh_parcel(const Shown& shown, const std::string& name, const Mesh& original,

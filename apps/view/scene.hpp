@@ -44,6 +44,9 @@ Shown with_lines(const Shown& shown, const Mesh& lines, Index vertex_count);
 /// A row for each of the file's vertices -> a row for each that is sent.
 Block at_shown(const Block& values, const Shown& shown);
 
+/// What the mesh is called on the page: a file by its name without folders, a shape as it was written. argument: MESH.
+std::string name_of_mesh(const std::string& argument);
+
 /// The message `mesh`. `original` is what `report` is of; its fields are named, not sent.
 std::string mesh_parcel(const Shown& shown, const std::string& name, const Mesh& original,
                         const MeshReport& report);

@@ -64,8 +64,7 @@ class Session::Implementation {
         for (const auto make :
              {make_heat_task, make_wave_task, make_paint_task, make_poke_task, make_harmonics_task})
             tasks_.push_back(make(stage_));
-        mesh_message_ = parcel_message(
-            mesh_parcel(shown_, std::filesystem::path(options_.argument).filename().string(), mesh, report));
+        mesh_message_ = parcel_message(mesh_parcel(shown_, name_of_mesh(options_.argument), mesh, report));
     }
 
     [[nodiscard]] ServerHandlers handlers() {

@@ -224,6 +224,10 @@ TEST(Program, RefusesBadOptions) {
               2);
     EXPECT_EQ(run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "x.docx"}).status, 2);
     EXPECT_EQ(run_beltrami({}).status, 2);
+    // The viewer's pictures are held to the same.
+    EXPECT_EQ(run_beltrami({"view", mesh, "--screenshot", scratch / "p.jpg"}).status, 2);
+    EXPECT_EQ(run_beltrami({"view", mesh, "--screenshot", scratch / "p.png", "--range", "1,0"}).status, 2);
+    EXPECT_EQ(run_beltrami({"view", mesh, "--screenshot", scratch / "p.png", "--range=-inf,inf"}).status, 2);
     // Files that hold no fields are refused before the work, not after it.
     const Outcome obj = run_beltrami({"heat", mesh, "--source", "3=1", "-o", scratch / "x.obj"});
     EXPECT_EQ(obj.status, 2);

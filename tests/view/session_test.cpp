@@ -172,8 +172,9 @@ void expect_near(const std::vector<float>& values, const Block& expected, double
 
 TEST(ViewSession, APageGetsTheMeshAndTheState) {
     const Mesh mesh = shapes::icosphere(2);
-    Page page(mesh);
+    Page page(mesh, "../meshes/bunny.obj");
     const Message sent = page.wait("mesh");
+    EXPECT_EQ(sent.header["name"], "bunny.obj");
     EXPECT_EQ(sent.header["vertices"], mesh.vertex_count());
     expect_near(sent.floats("positions"), mesh.points(), 1e-7);
     EXPECT_EQ(sent.numbers("triangles").size(), static_cast<std::size_t>(3 * mesh.cell_count()));
