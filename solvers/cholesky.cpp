@@ -166,6 +166,18 @@ struct Cholesky::Factor {
 
 namespace {
 
+// work(first row, count): of runs of rows that stay in the cache meanwhile.
+template <class Work>
+void for_each_run(Index rows, Work work) {
+    constexpr Index rows_a_run = 4096;
+    const Index runs = (rows + rows_a_run - 1) / rows_a_run;
+#pragma omp parallel for schedule(static) if (runs > 8)
+    for (Index run = 0; run < runs; ++run) {
+        const Index first = run * rows_a_run;
+        work(first, std::min(rows_a_run, rows - first));
+    }
+}
+
 // V^T z: m x k.
 template <class Rows, class Derived>
 Eigen::MatrixXd gathered(const Rows& rows, const Eigen::MatrixBase<Derived>& z) {
@@ -220,7 +232,7 @@ void Cholesky::Factor::factor(const Sparse& A, std::span<const Index> now) {
     ++factorizations;
 }
 
-// Reading what is kept of the corrected rows costs up to a quarter of the sweeps through the factor that it goes with.
+// What is kept of the corrected rows is then half as large as the factor.
 Index Cholesky::Factor::most_corrected() const {
     constexpr double least = 20.0;
     return static_cast<Index>(std::max(least, 0.5 * analysis->nonzeros() / std::max<Index>(size(), 1)));
@@ -261,8 +273,12 @@ void Cholesky::Factor::solve_columns(const Rows& rows) const {
             columns(row, i) = value;
     }
     sweep(columns, columns);
-    for (Eigen::Index i = 0; i < m; ++i)
-        rows[at(i)]->solved = columns.col(i);
+    for (const std::shared_ptr<Row>& row : rows)
+        row->solved.resize(size());
+    for_each_run(size(), [&](Index first, Index count) {
+        for (Eigen::Index i = 0; i < m; ++i)
+            rows[at(i)]->solved.segment(first, count) = columns.col(i).segment(first, count);
+    });
 }
 
 // False where the corrected solves would not be sound; nothing has changed then.
@@ -325,16 +341,11 @@ void Cholesky::Factor::solve_corrected(const Block& b, Block& x) const {
     sweep(x, x);
     y -= gathered(correction.rows, x);
     y = correction.schur.solve(y).eval();
-    constexpr Index rows_a_run = 1024;  // of x, which stays in the cache meanwhile
-    const Index runs = (size() + rows_a_run - 1) / rows_a_run;
-#pragma omp parallel for schedule(static) if (runs > 8)
-    for (Index run = 0; run < runs; ++run) {
-        const Index first = run * rows_a_run;
-        const Index count = std::min(rows_a_run, size() - first);
+    for_each_run(size(), [&](Index first, Index count) {
         for (Eigen::Index i = 0; i < m; ++i)
             x.middleRows(first, count).noalias() -=
                 correction.rows[at(i)]->solved.segment(first, count) * y.row(i);
-    }
+    });
     for (Eigen::Index i = 0; i < m; ++i) {
         const Row& row = *correction.rows[at(i)];
         x.row(row.row) = row.let_go ? y.row(i) : own.row(i);

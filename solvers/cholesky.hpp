@@ -99,8 +99,8 @@ class Cholesky {
     [[nodiscard]] int factorizations() const;
     /// Rows that are held now and were not in the last factorization, or the other way round.
     [[nodiscard]] Index corrected() const;
-    /// Half as many as a row of the factor has entries, but 20 at least: solves with the correction take up to a quarter more
-    /// than with a new factor.
+    /// Half as many as a row of the factor has entries, but 20 at least: solves with the correction take up to half as long
+    /// again as with a new factor.
     [[nodiscard]] Index most_corrected() const;
 
   private:

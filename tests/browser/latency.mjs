@@ -10,7 +10,7 @@ import { bunny, startViewer } from './viewer.mjs';
 
 const clicks = 20;
 const hand = 400; // ms that a hand takes from one thing to the next, at least
-const dragSeconds = 3;
+const dragSeconds = 5;
 const pointerRate = 60; // events in a second: a browser gives a page one for each picture
 
 const meshes = process.argv.length > 2 ? process.argv.slice(2) : [bunny, 'shape:bumpy-sphere:150000'];
