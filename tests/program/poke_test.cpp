@@ -136,7 +136,7 @@ TEST(PokeCommand, EveryRealSurfaceGivesWay) {
     BELTRAMI_SKIP_WITHOUT(shared_mesh("bunny_3485.off"));
     for (const fs::path& file : shared_meshes()) {
         const Mesh mesh = read_mesh(file);
-        if (mesh.vertex_count() > BELTRAMI_LARGEST_MESH) continue;
+        if (mesh.vertex_count() > BELTRAMI_LARGEST_LOCAL_MESH) continue;
         Index v = mesh.vertex_count() / 3;
         if (mesh.kind() == CellKind::tetrahedron) v = boundary_vertices(mesh)[0];
         if (mesh.cell_count() > 0) {
