@@ -59,7 +59,7 @@ export type Shown =
 export type HoverListener = (hit: Hit | null, x: number, y: number) => void;
 
 const markerPixels = 15; // across
-const draftVertices = 12_000; // about so many of the surface are in a draft
+const draftVertices = 8_000; // about so many of the surface are in a draft
 
 const arrayOf = (arrays: Arrays, name: string): Uint32Array => {
   const found = arrays[name];

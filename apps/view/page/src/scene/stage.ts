@@ -7,7 +7,7 @@ import { type Axis, fitted, frameOf, upOf } from './camera';
 // All colours here are what a screen shows; three shall not convert them.
 three.ColorManagement.enabled = false;
 
-const draftPixels = 400_000; // at most
+const draftPixels = 250_000; // at most
 const rest = 160; // ms without a change, then a draft is replaced
 
 const fieldOfView = 28; // degrees: little perspective, as one sees a thing that is held in the hand
