@@ -180,6 +180,16 @@ export class Stage {
     this.preparing = true;
     try {
       for (const listener of this.first) listener();
+    } finally {
+      this.preparing = false;
+    }
+    this.draw();
+  }
+
+  /** What is shown as it is: results that wait to be shown go on waiting. */
+  private draw(): void {
+    this.preparing = true;
+    try {
       for (const listener of this.before) listener();
     } finally {
       this.preparing = false;
@@ -194,7 +204,7 @@ export class Stage {
     if (this.lost) return;
     this.isDraft = this.drafts;
     change();
-    this.render();
+    this.draw();
     back();
     this.invalidate();
   }
