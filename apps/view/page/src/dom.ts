@@ -24,6 +24,15 @@ export function element<K extends keyof HTMLElementTagNameMap>(
   return made;
 }
 
+/** Sets what differs, as in put(input, { value: '1' }): the browser works for every write, and what is read aloud is not read
+ * twice. */
+export function put<T extends object>(on: T, values: Partial<T>): void {
+  for (const name of Object.keys(values) as (keyof T)[]) {
+    const value = values[name];
+    if (value !== undefined && on[name] !== value) on[name] = value;
+  }
+}
+
 const svgNamespace = 'http://www.w3.org/2000/svg';
 
 /** A 16 x 16 line drawing, hidden from screen readers: what it stands for says the label of its button. */

@@ -64,7 +64,8 @@ export class Legend {
     const content = contentOf(viewer, this.palette());
     const { scale } = content;
     // Frames come many times a second with the same scale.
-    const key = JSON.stringify([content, scale?.low, scale?.high, scale?.map.name, this.palette().name]);
+    const { title, isolines, keys } = content;
+    const key = JSON.stringify([title, isolines, keys, scale?.low, scale?.high, scale?.map.name, this.palette().name]);
     if (key === this.drawn) return;
     this.drawn = key;
     this.element.hidden = content.title === '' && content.keys.length === 0;

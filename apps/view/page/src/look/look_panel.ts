@@ -2,7 +2,7 @@
 import { mapTitles } from '../colour/colour_map';
 import { finiteRange } from '../colour/colour_scale';
 import { counted, shortNumber } from '../colour/ticks';
-import { element } from '../dom';
+import { element, put } from '../dom';
 import type { Axis } from '../scene/camera';
 import { viewNames } from '../scene/camera';
 import { type Display, plainDisplay, type SceneViewer } from '../scene/scene_viewer';
@@ -264,49 +264,54 @@ export class LookPanel {
     // What a task shows is not in the list of the file's fields.
     const name = shown.kind === 'plain' ? viewer.vectorsShown || plainName : shown.name;
     const listed = name === plainName || this.fields.names.includes(name);
-    this.field.querySelector('option[data-task]')?.remove();
-    if (!listed) {
-      const task = option(name, `${name} (of the task)`);
-      task.dataset.task = '';
-      this.field.append(task);
+    const task = this.field.querySelector<HTMLOptionElement>('option[data-task]');
+    if (listed || task?.value !== name) task?.remove();
+    if (!listed && task?.value !== name) {
+      const made = option(name, `${name} (of the task)`);
+      made.dataset.task = '';
+      this.field.append(made);
     }
-    this.field.value = name;
-    this.map.value = display.map;
+    put(this.field, { value: name });
+    put(this.map, { value: display.map });
     const edited = document.activeElement;
     for (const [input, value] of [
       [this.low, scale?.low],
       [this.high, scale?.high],
     ] as const) {
-      input.disabled = value === undefined;
-      if (input !== edited) input.value = value === undefined ? '' : String(Number(value.toPrecision(6)));
+      put(input, { disabled: value === undefined });
+      if (input !== edited) put(input, { value: value === undefined ? '' : String(Number(value.toPrecision(6))) });
     }
     this.tellBeyond(listed);
     tick(this.automatic, viewer.typedRange === null);
     tick(this.isolines, display.isolines);
-    this.isolineCount.element.hidden = !display.isolines;
+    put(this.isolineCount.element, { hidden: !display.isolines });
     this.isolineCount.show(display.isolineCount);
     tick(this.wireframe, display.wireframe);
     tick(this.boundary, display.boundary && viewer.boundary.length > 0);
     tick(this.nonManifold, display.nonManifold && viewer.nonManifold.length > 0);
     tick(this.facets, display.facets);
     tick(this.vectors, display.vectors);
-    this.vectorGroup.hidden = viewer.vectorsShown === '';
+    put(this.vectorGroup, { hidden: viewer.vectorsShown === '' });
     this.vectorCount.show(display.vectorCount);
     this.vectorLength.show(display.vectorLength);
-    this.up.value = viewer.stage.upAxis;
-    this.theme.value = this.shell.theme.choice ?? 'system';
+    put(this.up, { value: viewer.stage.upAxis });
+    put(this.theme, { value: this.shell.theme.choice ?? 'system' });
   }
 
   /** Values outside of the scale have the colours of its ends. */
   private tellBeyond(listed: boolean): void {
     const { shown, scale } = this.viewer;
     const known = listed && shown.kind === 'scalar' && scale !== null;
-    this.beyond.hidden = true;
-    if (!known) return;
+    if (!known) {
+      put(this.beyond, { hidden: true });
+      return;
+    }
     if (this.extent.values !== shown.values) this.extent = { values: shown.values, ends: finiteRange(shown.values) };
     const [low, high] = this.extent.ends;
-    this.beyond.hidden = low >= scale.low && high <= scale.high;
-    this.beyond.textContent = `Some values are outside: they go from ${shortNumber(low)} to ${shortNumber(high)}.`;
+    put(this.beyond, {
+      hidden: low >= scale.low && high <= scale.high,
+      textContent: `Some values are outside: they go from ${shortNumber(low)} to ${shortNumber(high)}.`,
+    });
   }
 
   private check(text: string, test: string, change: (on: boolean) => void): HTMLLabelElement {
@@ -349,9 +354,9 @@ export class LookPanel {
     return {
       element: element('label', { class: 'look-slider' }, element('span', {}, label), output, input),
       show: (value) => {
-        output.textContent = shortNumber(value, 4);
+        put(output, { textContent: shortNumber(value, 4) });
         if (document.activeElement !== input)
-          input.value = String(Math.round((steps * Math.log(value / low)) / Math.log(high / low)));
+          put(input, { value: String(Math.round((steps * Math.log(value / low)) / Math.log(high / low))) });
       },
     };
   }
@@ -366,7 +371,7 @@ const group = (title: string, ...children: Node[]): HTMLElement =>
   element('section', { class: 'group', 'aria-label': title }, element('h3', {}, title), ...children);
 
 function tick(label: HTMLLabelElement, on: boolean): void {
-  (label.control as HTMLInputElement).checked = on;
+  put(label.control as HTMLInputElement, { checked: on });
 }
 
 /** Number, with either minus sign; a comma is no point. */

@@ -1,5 +1,5 @@
 // What panels are put together from.
-import { element } from '../dom';
+import { element, put } from '../dom';
 
 export type Child = Node | string;
 type Attributes = Record<string, string | number | boolean | ((event: never) => void)>;
@@ -18,9 +18,8 @@ export function row(...children: Child[]): HTMLElement {
   return element('div', { class: 'row' }, ...children);
 }
 
-/** Text that is only written where it changes: what is read aloud is not read twice. */
 export function write(place: Element, text: string): void {
-  if (place.textContent !== text) place.textContent = text;
+  put(place, { textContent: text });
 }
 
 export function drawing<Tag extends keyof SVGElementTagNameMap>(

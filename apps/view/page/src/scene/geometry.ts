@@ -142,12 +142,16 @@ export interface Box {
 export function boxOf(positions: Float32Array): Box {
   const low: Box['low'] = [Infinity, Infinity, Infinity];
   const high: Box['high'] = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < positions.length; i += 3) {
-    for (let k = 0; k < 3; ++k) {
-      const x = positions[i + k];
-      if (x < low[k]) low[k] = x;
-      if (x > high[k]) high[k] = x;
+  for (let k = 0; k < 3; ++k) {
+    let least = Infinity;
+    let most = -Infinity;
+    for (let i = k; i < positions.length; i += 3) {
+      const x = positions[i];
+      if (x < least) least = x;
+      if (x > most) most = x;
     }
+    low[k] = least;
+    high[k] = most;
   }
   return low[0] <= high[0] ? { low, high } : { low: [0, 0, 0], high: [0, 0, 0] };
 }

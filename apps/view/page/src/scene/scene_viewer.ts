@@ -59,7 +59,6 @@ export type Shown =
 export type HoverListener = (hit: Hit | null, x: number, y: number) => void;
 
 const markerPixels = 15; // across
-const draftVertices = 8_000; // about so many of the surface are in a draft
 
 const arrayOf = (arrays: Arrays, name: string): Uint32Array => {
   const found = arrays[name];
@@ -147,7 +146,7 @@ export class SceneViewer implements Viewer {
       material.polygonOffsetUnits = 1;
       const drawn = new three.Mesh(this.indexed(triangles), material);
       this.add(drawn);
-      if (stage.software && this.rest.length / 3 > 1.5 * draftVertices) this.draftSurface(drawn);
+      if (stage.software && this.rest.length / 3 > 1.5 * stage.draftSize.vertices) this.draftSurface(drawn);
       // The inside of a closed surface is not seen. A graphics card does not mind drawing it, a processor does.
       if (stage.software && this.boundary.length + this.nonManifold.length === 0 && !mesh.decimated) {
         const outward = outwardSide(this.rest, triangles);
@@ -195,18 +194,25 @@ export class SceneViewer implements Viewer {
   /** While something moves a processor draws fewer triangles, for which there must be nothing that shows each of them. */
   private draftSurface(drawn: three.Mesh): void {
     const full = drawn.geometry;
-    let made: Draft | null = null;
+    const made = new Map<number, Draft>();
     this.stage.leavingOut = true;
     this.stage.beforeRender(() => {
       const drafts = this.stage.draft && !this.display.wireframe && !this.display.facets;
-      if (drafts) made ??= new Draft(this.surface, draftVertices, (index) => this.indexed(index));
-      const draft = drafts ? made : null;
+      const draft = drafts ? this.draftOf(this.stage.draftSize.vertices, made) : null;
       draft?.follow();
       drawn.geometry = draft?.geometry ?? full;
       // Of a large mesh the normals take as long as the picture.
-      const large = this.surface.vertices > 5 * draftVertices && this.surface.someAway === null;
+      const large = this.surface.vertices > 5 * this.stage.draftSize.vertices && this.surface.someAway === null;
       this.roughly = draft && large ? draft.triangles : null;
     });
+  }
+
+  private draftOf(vertices: number, made: Map<number, Draft>): Draft {
+    const known = made.get(vertices);
+    if (known) return known;
+    const draft = new Draft(this.surface, vertices, (index) => this.indexed(index));
+    made.set(vertices, draft);
+    return draft;
   }
 
   private add(object: three.Object3D): void {
@@ -344,8 +350,9 @@ export class SceneViewer implements Viewer {
   showDomain(domain: { vertices: Uint32Array; levels: Uint32Array } | null): void {
     if (!domain && !this.domain) return;
     const levels = this.level.numbers;
-    for (const v of this.domain?.vertices ?? []) levels[v] = 0;
-    if (this.domain) this.level.changedAt(this.domain.vertices.slice().sort());
+    const before = this.domain;
+    for (const v of before?.vertices ?? []) levels[v] = 0;
+    if (before) this.level.changedAt(before.vertices.slice().sort());
     this.domain = domain && { vertices: domain.vertices.slice(), levels: domain.levels };
     if (domain) {
       for (let i = 0; i < domain.vertices.length; ++i) levels[domain.vertices[i]] = domain.levels[i];
@@ -353,8 +360,8 @@ export class SceneViewer implements Viewer {
     }
     this.segments?.setLevels(levels);
     this.look.set('DOMAIN', domain !== null);
-    this.stage.invalidate();
-    this.tell();
+    if ((before === null) !== (domain === null)) this.tell();
+    else this.stage.invalidate();
   }
   /** Vertices that are solved for, and those of the ring. */
   get domainSize(): { inside: number; ring: number } {
@@ -470,6 +477,10 @@ export class SceneViewer implements Viewer {
   }
   screenOf(vertex: number): [number, number] | null {
     return this.stage.project(new three.Vector3(...this.positionOf(vertex)));
+  }
+  /** The same in pixels of the canvas. */
+  canvasOf(vertex: number): [number, number] | null {
+    return this.stage.onCanvas(new three.Vector3(...this.positionOf(vertex)));
   }
   onPlane(at: Vec3, x: number, y: number): Vec3 {
     const plane = new three.Plane().setFromNormalAndCoplanarPoint(this.stage.direction, new three.Vector3(...at));

@@ -3,11 +3,11 @@
 import * as three from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 import { type Axis, fitted, frameOf, upOf } from './camera';
+import { DraftPace, type DraftSize } from './draft_size';
 
 // All colours here are what a screen shows; three shall not convert them.
 three.ColorManagement.enabled = false;
 
-const draftPixels = 250_000; // at most
 const rest = 160; // ms without a change, then a draft is replaced
 
 const fieldOfView = 28; // degrees: little perspective, as one sees a thing that is held in the hand
@@ -56,6 +56,8 @@ export class Stage {
   private controls: OrbitControls;
   private up: Axis = 'y';
   private pending = 0;
+  private wanted = 0; // when the next picture was
+  private readonly pace = new DraftPace();
   private resting: number | undefined; // a timer: the last frame was a draft
   private isDraft = false;
   private leavesOut = false;
@@ -107,7 +109,11 @@ export class Stage {
   }
   private get draftRatio(): number {
     const [width, height] = this.viewed;
-    return Math.min(this.pixelRatio, Math.sqrt(draftPixels / (width * height)));
+    return Math.min(this.pixelRatio, Math.sqrt(this.draftSize.pixels / (width * height)));
+  }
+  /** Of a draft that is drawn now. */
+  get draftSize(): DraftSize {
+    return this.pace.size;
   }
   get size(): [number, number] {
     return this.viewed;
@@ -121,7 +127,9 @@ export class Stage {
     if (this.preparing) return; // the frame that is about to be drawn has it
     window.clearTimeout(this.resting);
     this.resting = undefined;
-    if (this.pending === 0) this.pending = requestAnimationFrame(() => this.frame(this.drafts));
+    if (this.pending !== 0) return;
+    this.wanted = performance.now();
+    this.pending = requestAnimationFrame(() => this.frame(this.drafts));
   }
   get waiting(): boolean {
     return this.pending !== 0 || this.resting !== undefined;
@@ -164,7 +172,10 @@ export class Stage {
     this.renderTime = performance.now() - start;
     ++this.renders;
     for (const listener of this.after) listener();
-    if (draft && this.pending === 0) this.refineLater();
+    if (!draft) return;
+    const { wanted } = this;
+    setTimeout(() => this.pace.drawn(performance.now() - wanted)); // after the browser has taken the picture
+    if (this.pending === 0) this.refineLater();
   }
 
   /** What a draft has shown is drawn in full, unless something has changed again by then or is about to. */
@@ -353,11 +364,21 @@ export class Stage {
 
   /** Client pixels of a point of the mesh; null behind the camera. */
   project(point: three.Vector3): [number, number] | null {
+    const at = this.seen(point);
     const place = this.canvas.getBoundingClientRect();
+    return at && [place.left + at[0] * place.width, place.top + at[1] * place.height];
+  }
+  /** The same in pixels of the canvas, for which the browser need not lay out the page. */
+  onCanvas(point: three.Vector3): [number, number] | null {
+    const at = this.seen(point);
+    const [width, height] = this.size;
+    return at && [at[0] * width, at[1] * height];
+  }
+  /** From the upper left corner, 0, to the lower right, 1. */
+  private seen(point: three.Vector3): [number, number] | null {
     this.camera.updateMatrixWorld();
     const seen = this.toScene(point.clone()).project(this.camera);
-    if (seen.z > 1) return null;
-    return [place.left + (0.5 + 0.5 * seen.x) * place.width, place.top + (0.5 - 0.5 * seen.y) * place.height];
+    return seen.z > 1 ? null : [0.5 + 0.5 * seen.x, 0.5 - 0.5 * seen.y];
   }
 
   /** Where the camera looks, in the mesh's coordinates: the axes of the scene are the mesh's. */

@@ -2,6 +2,7 @@
 // many have come since the last.
 import * as three from 'three';
 import { type Adjacency, adjacencyOf, boxOf, computeNormals, computeNormalsOf } from './geometry';
+import { IndexSet } from './index_set';
 import { StreamedAttribute } from './stream';
 
 export class Surface {
@@ -13,10 +14,11 @@ export class Surface {
 
   private adjacency: Adjacency | null = null; // made when it is first needed
   private given: Float32Array | null = null; // normals
-  private rough = false; // the normals are those of fewer triangles
+  private rough: Uint32Array | null = null; // the triangles that the normals are of, where not of all
   /** What has moved since the last frame. */
   private moved: 'nothing' | 'some' | 'all' = 'all';
-  private readonly touched = new Set<number>();
+  private readonly touched: IndexSet;
+  private triangleSet: IndexSet | null = null; // empty between its uses
   /** Those away from rest, where not all may be. */
   private away: Uint32Array | 'all' = new Uint32Array();
 
@@ -26,6 +28,7 @@ export class Surface {
     readonly triangles: Uint32Array,
     private readonly creased: Uint32Array,
   ) {
+    this.touched = new IndexSet(rest.length / 3);
     this.position = new StreamedAttribute(rest.slice(), 3);
     this.normal = new StreamedAttribute(new Float32Array(rest.length), 3);
     this.bound();
@@ -87,18 +90,14 @@ export class Surface {
 
   private touch(vertices: Uint32Array): void {
     if (this.moved === 'all' || vertices.length === 0) return;
-    if (this.touched.size + vertices.length > this.vertices / 8) {
-      this.moved = 'all';
-      return;
-    }
     for (const v of vertices) this.touched.add(v);
-    this.moved = 'some';
+    this.moved = this.touched.size > this.vertices / 4 ? 'all' : 'some';
   }
 
   /** Works out what has moved; false: nothing has. `fewer`: triangles that do for the normals this time. */
   settle(fewer: Uint32Array | null): boolean {
     if (this.moved === 'nothing') {
-      if (this.rough && !fewer) this.shade(this.triangles);
+      if (this.rough && this.rough !== fewer) this.shade(fewer ?? this.triangles);
       return false;
     }
     if (this.moved === 'all' || this.rough) this.settleAll(fewer);
@@ -119,7 +118,7 @@ export class Surface {
     if (given) this.normal.numbers.set(given);
     else computeNormals(this.now, triangles, this.normal.numbers);
     this.crease();
-    this.rough = !given && triangles !== this.triangles;
+    this.rough = given || triangles === this.triangles ? null : triangles;
     this.normal.changed();
   }
 
@@ -137,17 +136,18 @@ export class Surface {
   trianglesAround(vertices: Uint32Array, into: Uint32Array, at: number): number {
     if (vertices.length === 0) return at;
     const { start, list } = this.around;
-    const found = new Set<number>();
-    for (const v of vertices) for (let j = start[v]; j < start[v + 1]; ++j) found.add(3 * list[j]);
-    for (const i of found) {
+    const found = (this.triangleSet ??= new IndexSet(this.triangles.length / 3));
+    for (const v of vertices) for (let j = start[v]; j < start[v + 1]; ++j) found.add(list[j]);
+    for (const i of found.values) {
       if (at + 3 > into.length) break;
-      for (let k = 0; k < 3; ++k) into[at++] = this.triangles[i + k];
+      for (let k = 0; k < 3; ++k) into[at++] = this.triangles[3 * i + k];
     }
+    found.clear();
     return at;
   }
 
   private settleSome(): void {
-    const moved = Uint32Array.from(this.touched).sort();
+    const moved = this.touched.sorted;
     this.position.changedAt(moved);
     this.stretch(moved);
     if (this.given) return;
@@ -157,7 +157,7 @@ export class Surface {
         for (let k = 0; k < 3; ++k) this.touched.add(this.triangles[3 * list[j] + k]);
       }
     }
-    const around = Uint32Array.from(this.touched).sort();
+    const around = this.touched.sorted;
     computeNormalsOf(around, around.length, this.now, this.triangles, this.around, this.normal.numbers);
     this.crease();
     this.normal.changedAt(around);
@@ -171,7 +171,14 @@ export class Surface {
 
   /** The bounding sphere takes in what has moved out of it. */
   private stretch(moved: Uint32Array): void {
-    const p = new three.Vector3();
-    for (const v of moved) this.radius = Math.max(this.radius, p.fromArray(this.now, 3 * v).distanceTo(this.centre));
+    const { now, centre } = this;
+    let square = this.radius ** 2;
+    for (const v of moved) {
+      const x = now[3 * v] - centre.x;
+      const y = now[3 * v + 1] - centre.y;
+      const z = now[3 * v + 2] - centre.z;
+      square = Math.max(square, x * x + y * y + z * z);
+    }
+    this.radius = Math.sqrt(square);
   }
 }
