@@ -415,18 +415,23 @@ Cholesky::Ordering LinearSolver::ordering() const {
 }
 
 void LinearSolver::analyse() {
-    if (options_.analysis || choose({}, 1).kind != SolverKind::cholesky) return;
+    if (choose({}, 1).kind == SolverKind::cholesky) analyse_all_rows();
+}
+
+void LinearSolver::assemble() {
     if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
-    options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering());
+}
+
+void LinearSolver::analyse_all_rows() {
+    assemble();
+    if (!options_.analysis) options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering());
 }
 
 // Where few rows are held the factor is of all rows, with those that are held as in the identity: one analysis serves any
 // set of them. Where many are, of the free rows alone.
 void LinearSolver::factor(const std::vector<Index>& held) {
-    if (matrix_.rows() == 0) matrix_ = A_->to_sparse();
     if (static_cast<double>(held.size()) <= most_held * static_cast<double>(A_->rows())) {
-        if (!options_.analysis)
-            options_.analysis = std::make_shared<const CholeskyAnalysis>(matrix_, ordering());
+        analyse_all_rows();
         if (factor_ && free_.empty()) {
             factor_->change_held(matrix_, held);
         } else {
@@ -436,6 +441,7 @@ void LinearSolver::factor(const std::vector<Index>& held) {
         free_.clear();
         return;
     }
+    assemble();
     factor_.reset();
     std::vector<Index> row_of_vertex(static_cast<std::size_t>(A_->rows()), 0);
     for (const Index v : held)

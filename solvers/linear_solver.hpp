@@ -107,6 +107,8 @@ class LinearSolver {
     [[nodiscard]] Choice choose(const std::vector<Index>& held, Index columns) const;
     LinearSummary solve_by(SolverKind kind, const Block& b, const std::vector<Index>& held, Block& x);
     [[nodiscard]] Cholesky::Ordering ordering() const;
+    void assemble();
+    void analyse_all_rows();
     void factor(const std::vector<Index>& held);
     LinearSummary solve_cg(const Block& b, const std::vector<Index>& held, Block& x);
     LinearSummary solve_multigrid(const Block& b, const std::vector<Index>& held, Block& x);
