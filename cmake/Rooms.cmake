@@ -13,7 +13,9 @@ function(beltrami_room room)
   endif()
   add_library(beltrami_${room} STATIC ${sources})
   add_library(Beltrami::${room} ALIAS beltrami_${room})
-  set_target_properties(beltrami_${room} PROPERTIES EXPORT_NAME ${room})
+  set_target_properties(beltrami_${room} PROPERTIES EXPORT_NAME ${room}
+    # Sources have helpers of the same name.
+    UNITY_BUILD OFF)
   target_compile_features(beltrami_${room} PUBLIC cxx_std_20)
   target_include_directories(beltrami_${room} PUBLIC
     $<BUILD_INTERFACE:${includes}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

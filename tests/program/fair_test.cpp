@@ -16,7 +16,7 @@ namespace beltrami::testing {
 namespace {
 
 namespace fs = std::filesystem;
-const std::string sphere = "shape:icosphere:3";
+
 const Arguments upper = {"--box", "-2,-2,0.1,2,2,2"};
 
 TEST(ProgramFair, MovesItsRegionAndNothingElse) {

@@ -21,9 +21,9 @@ namespace beltrami::testing {
 namespace {
 
 namespace fs = std::filesystem;
-const std::string sphere = "shape:bumpy-sphere:2000";
+const std::string bumpy = "shape:bumpy-sphere:2000";
 
-Outcome harmonics(const fs::path& basis, const Arguments& more, const std::string& mesh = sphere) {
+Outcome harmonics(const fs::path& basis, const Arguments& more, const std::string& mesh = bumpy) {
     return run_beltrami(Arguments{"harmonics", mesh, "-o", basis} + more);
 }
 
@@ -83,7 +83,7 @@ TEST(ProgramHarmonics, TheHierarchicalMethod) {
     EXPECT_LT(relative_difference(found.eigenvalues(), StoredBasis(scratch / "b").eigenvalues()), 1e-4);
     // It cannot start in the middle of a spectrum.
     expect_refused(scratch,
-                   {"filter", sphere, "--limited-memory", "--filter", "band:4,5", "--method", "hierarchical"},
+                   {"filter", bumpy, "--limited-memory", "--filter", "band:4,5", "--method", "hierarchical"},
                    {"lowest pairs", "bands"});
 }
 
@@ -137,7 +137,7 @@ TEST(ProgramHarmonics, DirtyMeshesEndWell) {
 TEST(ProgramHarmonics, RefusesWithASentence) {
     const Scratch scratch;
     const auto refused = [&](const Arguments& more, std::initializer_list<std::string> parts,
-                             const std::string& mesh = sphere) {
+                             const std::string& mesh = bumpy) {
         const Outcome outcome = harmonics(scratch / "r", more, mesh);
         EXPECT_EQ(outcome.status, 2) << outcome.out;
         EXPECT_TRUE(contains(outcome.err, {"error: ", "hint: "})) << outcome.err;
@@ -248,7 +248,7 @@ TEST(ProgramFilter, FiltersWithABasisAndWithout) {
     ASSERT_EQ(harmonics(scratch / "b", {"--cutoff", "9"}).status, 0);
     const auto filtered_points = [&](const Arguments& more) {
         const Outcome outcome =
-            run_beltrami(Arguments{"filter", sphere, "-o", scratch / "out.ply", "--picture",
+            run_beltrami(Arguments{"filter", bumpy, "-o", scratch / "out.ply", "--picture",
                                    scratch / "p.png", "--summary", scratch / "s.json"} +
                          more);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -300,19 +300,19 @@ TEST(ProgramFilter, FiltersNormalsColoursAndFields) {
 TEST(ProgramFilter, RefusesWithASentence) {
     const Scratch scratch;
     ASSERT_EQ(harmonics(scratch / "b", {"-k", "20"}).status, 0);
-    const Arguments with = {"filter", sphere, "--basis", scratch / "b", "--filter"};
+    const Arguments with = {"filter", bumpy, "--basis", scratch / "b", "--filter"};
     for (const char* filter :
          {"smooth", "low-pass", "low-pass:", "low-pass:x", "low-pass:5,4", "band:3", "curve:1,2",
           "low-pass:#20", "low-pass:#-1", "enhance:1,2", "low-pass:0e", "notch:3,3"}) {
         expect_refused(scratch, with + Arguments{filter});
     }
-    expect_refused(scratch, {"filter", sphere, "--filter", "low-pass:3"}, {"--basis"});
-    expect_refused(scratch, {"filter", sphere, "--basis", scratch / "none", "--filter", "low-pass:3"},
+    expect_refused(scratch, {"filter", bumpy, "--filter", "low-pass:3"}, {"--basis"});
+    expect_refused(scratch, {"filter", bumpy, "--basis", scratch / "none", "--filter", "low-pass:3"},
                    {"none"});
     expect_refused(scratch,
                    {"filter", "shape:icosphere:3", "--basis", scratch / "b", "--filter", "low-pass:3"},
                    {"another mesh"});
-    expect_refused(scratch, {"filter", sphere, "--limited-memory", "--filter", "low-pass:#3"}, {"#3"});
+    expect_refused(scratch, {"filter", bumpy, "--limited-memory", "--filter", "low-pass:#3"}, {"#3"});
     fs::resize_file(scratch / "b/band-00000.npy", 1000);
     expect_refused(scratch, with + Arguments{"low-pass:3"}, {"band-00000.npy"});
 }

@@ -17,6 +17,9 @@ struct Outcome {
     std::string err;
 };
 
+/// A mesh that the program makes itself: 642 vertices.
+inline const std::string sphere = "shape:icosphere:3";
+
 using Arguments = std::vector<std::string>;
 inline Arguments operator+(Arguments a, const Arguments& b) {
     a.insert(a.end(), b.begin(), b.end());

@@ -18,7 +18,6 @@ namespace beltrami::testing {
 namespace {
 
 namespace fs = std::filesystem;
-const std::string sphere = "shape:icosphere:3";
 
 /// The header line, and rows of numbers.
 struct Table {

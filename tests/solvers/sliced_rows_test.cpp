@@ -8,12 +8,12 @@
 namespace beltrami {
 namespace {
 
-using Dense = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Rows of very different lengths, some empty.
-Dense random_matrix(Index rows, Index columns) {
+FloatRows random_matrix(Index rows, Index columns) {
     std::mt19937 random(7);
-    Dense A = Dense::Zero(rows, columns);
+    FloatRows A = FloatRows::Zero(rows, columns);
     for (Index i = 0; i < rows; ++i) {
         const auto length = static_cast<Index>(random() % 9);
         for (Index e = 0; e < length; ++e)
@@ -23,7 +23,7 @@ Dense random_matrix(Index rows, Index columns) {
     return A;
 }
 
-SlicedRows sliced(const Dense& A) {
+SlicedRows sliced(const FloatRows& A) {
     return SlicedRows(static_cast<Index>(A.rows()), [&](Index i, auto f) {
         for (Index j = 0; j < A.cols(); ++j) {
             if (A(i, j) != 0.0F) f(j, static_cast<double>(A(i, j)));
@@ -31,21 +31,21 @@ SlicedRows sliced(const Dense& A) {
     });
 }
 
-Dense padded(const Dense& x) {
-    Dense result = Dense::Zero(SlicedRows::padded(static_cast<Index>(x.rows())), x.cols());
+FloatRows padded(const FloatRows& x) {
+    FloatRows result = FloatRows::Zero(SlicedRows::padded(static_cast<Index>(x.rows())), x.cols());
     result.topRows(x.rows()) = x;
     return result;
 }
 
 TEST(SlicedRows, MultipliesLikeTheMatrix) {
     for (const Index rows : {1, 15, 16, 17, 100}) {
-        const Dense A = random_matrix(rows, 70);
+        const FloatRows A = random_matrix(rows, 70);
         const SlicedRows S = sliced(A);
         EXPECT_EQ(S.rows(), rows);
         EXPECT_EQ(S.entry_count(), static_cast<std::size_t>((A.array() != 0.0F).count()));
         for (const int k : {1, 2, 3, 4}) {
-            const Dense x = Dense::Random(70, k);
-            Dense y = Dense::Constant(S.padded_rows(), k, 5.0F);
+            const FloatRows x = FloatRows::Random(70, k);
+            FloatRows y = FloatRows::Constant(S.padded_rows(), k, 5.0F);
             S.multiply({0, S.padded_rows()}, k, x.data(), y.data());
             EXPECT_LT((y - padded(A * x)).cwiseAbs().maxCoeff(), 1e-5F) << rows << " x " << k;
         }
@@ -53,40 +53,40 @@ TEST(SlicedRows, MultipliesLikeTheMatrix) {
 }
 
 TEST(SlicedRows, MultipliesTheRowsAskedForAlone) {
-    const Dense A = random_matrix(64, 64);
+    const FloatRows A = random_matrix(64, 64);
     const SlicedRows S = sliced(A);
-    const Dense x = Dense::Random(64, 1);
-    Dense y = Dense::Constant(64, 1, 5.0F);
+    const FloatRows x = FloatRows::Random(64, 1);
+    FloatRows y = FloatRows::Constant(64, 1, 5.0F);
     S.multiply({16, 48}, 1, x.data(), y.data());
-    EXPECT_EQ(y.topRows(16), Dense::Constant(16, 1, 5.0F));
+    EXPECT_EQ(y.topRows(16), FloatRows::Constant(16, 1, 5.0F));
     EXPECT_LT((y - A * x).middleRows(16, 32).cwiseAbs().maxCoeff(), 1e-5F);
-    EXPECT_EQ(y.bottomRows(16), Dense::Constant(16, 1, 5.0F));
+    EXPECT_EQ(y.bottomRows(16), FloatRows::Constant(16, 1, 5.0F));
 }
 
 TEST(SlicedRows, StepsOfChebyshevAreWhatTheySay) {
     const Index n = 48;
-    const Dense A = random_matrix(n, n);
+    const FloatRows A = random_matrix(n, n);
     const SlicedRows S = sliced(A);
     for (const int k : {1, 2, 3, 4}) {
-        const Dense source = Dense::Random(n, k);
-        const Dense d = Dense::Random(n, k);
-        const Dense r = Dense::Random(n, k);
-        const Dense x = Dense::Random(n, k);
-        const Dense own = Dense::Random(n, 1);
+        const FloatRows source = FloatRows::Random(n, k);
+        const FloatRows d = FloatRows::Random(n, k);
+        const FloatRows r = FloatRows::Random(n, k);
+        const FloatRows x = FloatRows::Random(n, k);
+        const FloatRows own = FloatRows::Random(n, 1);
         for (const bool scaled : {false, true}) {
-            const Dense own_d = scaled ? Dense(own.col(0).asDiagonal() * d) : d;
+            const FloatRows own_d = scaled ? FloatRows(own.col(0).asDiagonal() * d) : d;
             for (const int kind : {0, 1, 2}) {
                 const ChebyshevStep step{
                     .before = 0.7F, .d = 0.3F, .r = 1.9F, .first = kind == 1, .last = kind == 2};
-                const Dense residual = (step.first ? d : r) - 0.7F * (A * source + own_d);
-                const Dense correction = 0.3F * 0.7F * d + 1.9F * residual;
-                Dense value = 0.7F * d;
+                const FloatRows residual = (step.first ? d : r) - 0.7F * (A * source + own_d);
+                const FloatRows correction = 0.3F * 0.7F * d + 1.9F * residual;
+                FloatRows value = 0.7F * d;
                 if (!step.first) value += x;
                 if (step.last) value += correction;
 
-                Dense new_r = r;
-                Dense new_x = x;
-                Dense next = Dense::Zero(n, k);
+                FloatRows new_r = r;
+                FloatRows new_x = x;
+                FloatRows next = FloatRows::Zero(n, k);
                 S.chebyshev_step({0, n}, k, step,
                                  {.source = source.data(),
                                   .own = scaled ? own.data() : nullptr,
@@ -96,7 +96,7 @@ TEST(SlicedRows, StepsOfChebyshevAreWhatTheySay) {
                                   .next = next.data()});
                 EXPECT_LT((new_x - value).cwiseAbs().maxCoeff(), 1e-5F);
                 EXPECT_LT((new_r - (step.last ? r : residual)).cwiseAbs().maxCoeff(), 1e-5F);
-                EXPECT_LT((next - (step.last ? Dense(Dense::Zero(n, k)) : correction)).cwiseAbs().maxCoeff(),
+                EXPECT_LT((next - (step.last ? FloatRows(FloatRows::Zero(n, k)) : correction)).cwiseAbs().maxCoeff(),
                           1e-5F);
             }
         }

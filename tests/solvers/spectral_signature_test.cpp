@@ -27,10 +27,10 @@ Vector vector_of(std::initializer_list<double> numbers) {
 }
 
 /// K and M of a mesh, dense and in the user's order, made without the library's operators or eigenfunctions.
-struct Dense {
+struct DenseSpectrum {
     Eigen::MatrixXd K;
     Vector m;
-    explicit Dense(const Mesh& mesh)
+    explicit DenseSpectrum(const Mesh& mesh)
         : K(testing::reference_stiffness(mesh)), m(Vector::Zero(mesh.vertex_count())) {
         for (Index c = 0; c < mesh.cell_count(); ++c) {
             const double measure = testing::reference_element(mesh, c).measure;
@@ -144,7 +144,7 @@ TEST(SpectralDistance, IsTheMatrixFormula) {
     const Scratch scratch;
     const Mesh mesh = small_mesh();
     const StoredBasis basis = stored_basis(scratch / "b", mesh, 0);
-    const Dense dense(mesh);
+    const DenseSpectrum dense(mesh);
     const Index n = mesh.vertex_count();
     const Index y = 5;
     const Vector times = vector_of({0.02, 0.3});
@@ -180,7 +180,7 @@ TEST(SpectralPropagation, IsTheMatrixExponential) {
     const Scratch scratch;
     const Mesh mesh = small_mesh();
     const StoredBasis basis = stored_basis(scratch / "b", mesh, 0);
-    const Dense dense(mesh);
+    const DenseSpectrum dense(mesh);
     const Index n = mesh.vertex_count();
     const Block u0 = testing::random_block(n, 3, 1);
     const Block v0 = testing::random_block(n, 3, 2);

@@ -22,9 +22,9 @@ TimeOptions options_of(double step, TimeMethod method, SolverKind kind = SolverK
     return {.step = step, .method = method, .steps = 100, .linear = {.kind = kind, .tolerance = 1e-12}};
 }
 
-struct Dense {
+struct DenseTerms {
     Eigen::MatrixXd M, K, C;
-    Dense(const Laplacian& laplacian, const Pde& pde)
+    DenseTerms(const Laplacian& laplacian, const Pde& pde)
         : M(laplacian.mass().asDiagonal()),
           K(dense(PdeOperator(laplacian, 0.0, pde.gamma).to_sparse())),
           C(pde.beta_1 * M + pde.beta_2 * K) {}
@@ -43,7 +43,7 @@ TEST(BackwardEuler, IsThePublishedStep) {
     const Block v = random_block(42, 2, 2);
     const Block f = random_block(42, 2, 3);
     for (const Pde& pde : pdes) {
-        const Dense d(laplacian, pde);
+        const DenseTerms d(laplacian, pde);
         const Eigen::MatrixXd A = (pde.alpha + pde.beta_1 * dt) * d.M + (pde.beta_2 + dt) * dt * d.K;
         const Eigen::MatrixXd velocity = A.ldlt().solve(-dt * (d.K * u) + pde.alpha * (d.M * v) + dt * f);
         TimeIntegrator integrator(laplacian, pde, options_of(dt, TimeMethod::backward_euler));
@@ -61,7 +61,7 @@ TEST(ImplicitMidpoint, SatisfiesItsEquation) {
     const double dt = 0.02;
     const Block f = random_block(42, 1, 3);
     for (const Pde& pde : pdes) {
-        const Dense d(laplacian, pde);
+        const DenseTerms d(laplacian, pde);
         TimeIntegrator integrator(laplacian, pde, options_of(dt, TimeMethod::implicit_midpoint));
         integrator.set_state(random_block(42, 1, 1), random_block(42, 1, 2));
         for (int step = 0; step < 3; ++step) {
@@ -83,7 +83,7 @@ TEST(Bdf2, SatisfiesItsEquationAfterAStepOfBackwardEuler) {
     const Laplacian laplacian(shapes::with_noise(shapes::icosphere(1), 0.1));
     const double dt = 0.02;
     for (const Pde& pde : pdes) {
-        const Dense d(laplacian, pde);
+        const DenseTerms d(laplacian, pde);
         TimeIntegrator integrator(laplacian, pde, options_of(dt, TimeMethod::bdf2));
         TimeIntegrator euler(laplacian, pde, options_of(dt, TimeMethod::backward_euler));
         const Block u_0 = random_block(42, 1, 1);
@@ -189,7 +189,7 @@ TEST(TimeIntegrator, BackwardEulerAndDampingOnlyLoseEnergy) {
 TEST(TimeIntegrator, EnergyIsKineticPlusElastic) {
     const Laplacian laplacian(shapes::icosphere(1));
     const Pde pde{.alpha = 3.0, .gamma = {1.0, 0.2}};
-    const Dense d(laplacian, pde);
+    const DenseTerms d(laplacian, pde);
     TimeIntegrator integrator(laplacian, pde, options_of(0.1, TimeMethod::bdf2));
     const Block u = random_block(42, 2, 1);
     const Block v = random_block(42, 2, 2);
