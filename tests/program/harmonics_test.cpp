@@ -248,8 +248,8 @@ TEST(ProgramFilter, FiltersWithABasisAndWithout) {
     ASSERT_EQ(harmonics(scratch / "b", {"--cutoff", "9"}).status, 0);
     const auto filtered_points = [&](const Arguments& more) {
         const Outcome outcome =
-            run_beltrami(Arguments{"filter", bumpy, "-o", scratch / "out.ply", "--picture",
-                                   scratch / "p.png", "--summary", scratch / "s.json"} +
+            run_beltrami(Arguments{"filter", bumpy, "-o", scratch / "out.ply", "--picture", scratch / "p.png",
+                                   "--summary", scratch / "s.json"} +
                          more);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         EXPECT_GT(fs::file_size(scratch / "p.png"), 1000U);

@@ -96,7 +96,9 @@ TEST(SlicedRows, StepsOfChebyshevAreWhatTheySay) {
                                   .next = next.data()});
                 EXPECT_LT((new_x - value).cwiseAbs().maxCoeff(), 1e-5F);
                 EXPECT_LT((new_r - (step.last ? r : residual)).cwiseAbs().maxCoeff(), 1e-5F);
-                EXPECT_LT((next - (step.last ? FloatRows(FloatRows::Zero(n, k)) : correction)).cwiseAbs().maxCoeff(),
+                EXPECT_LT((next - (step.last ? FloatRows(FloatRows::Zero(n, k)) : correction))
+                              .cwiseAbs()
+                              .maxCoeff(),
                           1e-5F);
             }
         }

@@ -12,8 +12,8 @@ const sizes: readonly DraftSize[] = [
   { pixels: 400_000, vertices: 12_000 },
 ];
 
-// Milliseconds from the wish for a picture to the picture, half of what the browser takes between two included. Far enough
-// apart that what follows from one does not lead to the other.
+// Milliseconds from the wish for a picture to the picture; the browser alone waits up to 16 of them for the screen. So far
+// apart that a change after the one does not lead to the other.
 const slow = 34;
 const quick = 22;
 // So many drafts in a row are looked at: coming back may wait, for the machine may have other work now and then.
